@@ -5,7 +5,7 @@ import signal
 import time
 import warnings
 
-from blockstat.errors import InputWarning
+from blockstat.errors import InputError, InputWarning
 
 
 def mixed(number):
@@ -33,6 +33,10 @@ def slow(seconds):
 def warned(text):
     warnings.warn(InputWarning(text), stacklevel=2)
     return text
+
+
+def refused(*_, **__):
+    raise InputError("the engine is out of order")
 
 
 def fragile(task):

@@ -61,10 +61,11 @@ def bodies(asm):
 
 
 def dead_load(asm, loads=None):
-    """Weight and further wrenches, shape (n_blocks, 6), and the centroids they act at."""
+    """Weight, with the factor that loads may have, and further wrenches, shape (n_blocks, 6), and the centroids."""
     mass, centroid = bodies(asm)
-    wrench = np.zeros((asm.n_blocks, 6)) if loads is None else np.array(loads, dtype=float)
-    wrench[:, :3] += mass[:, None] * asm.gravity
+    beside, factor = getattr(loads, "beside", loads), getattr(loads, "weight", 1.0)
+    wrench = np.zeros((asm.n_blocks, 6)) if beside is None else np.array(beside, dtype=float)
+    wrench[:, :3] += factor * mass[:, None] * asm.gravity
     return wrench, centroid
 
 
@@ -253,7 +254,7 @@ def check_limit(found, load, *, loads=None, gap=GAP):
     if found.outcome.word == "unbounded":
         many = 1e3 * np.abs(wrench).sum() / np.abs(live[~asm.support]).sum()
         check_forces(asm, faces, wrench, centroid, found.forces, found.bonds, ties=found.ties)
-        total = many * live + (0.0 if loads is None else loads)
+        total = many * live + wrench - dead_load(asm)[0]
         more = blockstat.assess(asm, loads=total, interfaces=faces)
         assert more.outcome.word == "stable", "not even a thousand times the load is carried"
     elif np.isfinite(found.lower):

@@ -6,6 +6,7 @@ A load multiplier is a factor on one of these, on top of the weight.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,37 @@ if TYPE_CHECKING:
 
 #: A point this far outside its block, relative to the block's size, is on it: rounding of coordinates.
 ON_BLOCK = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class WeightedLoads:
+    """Loads that stay, with the factor on the weight that goes with them: so it follows densities that change.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> cube = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))], density=1000.0)
+    >>> light = WeightedLoads(np.zeros((1, 6)), 0.9)
+    >>> [light.more_weight(block)[0, 2].round(6).item() for block in (cube, cube.with_(density=800.0))]
+    [981.0, 784.8]
+    """
+
+    beside: Floats  #: all that acts beside the weight, shape (n_blocks, 6) [N, N m]
+    weight: float = 1.0  #: factor on the weight
+
+    def more_weight(self, assembly: Assembly) -> Floats:
+        """Return what the factor adds to the weight of the blocks, shape (n_blocks, 6) [N, N m]."""
+        force = (self.weight - 1.0) * assembly.mass[:, None] * assembly.gravity
+        return np.hstack([force, np.zeros_like(force)])
+
+
+#: Loads that stay, as analyses take them: a wrench on each block, shape (n_blocks, 6) [N, N m], or with the factor.
+Loads = Floats | WeightedLoads
+
+
+def weighted(loads: Loads) -> WeightedLoads:
+    """Return loads that stay with the factor on the weight, 1 where none is given."""
+    return loads if isinstance(loads, WeightedLoads) else WeightedLoads(np.array(loads, dtype=float))
 
 
 def acceleration(
@@ -181,13 +213,57 @@ def three(values: Any, what: str) -> Floats:
     InputError
         For anything else.
     """
-    try:
-        vector = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        vector = np.empty(0)
+    vector = numbers(values)
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise InputError(f"{what} is {values!r}; it must be three finite numbers")
     return vector
+
+
+def as_points(values: Any, what: str, least: int) -> Floats:
+    """Return points in space.
+
+    Parameters
+    ----------
+    values : array_like, shape (n, 3)
+        Their coordinates.
+    what : str
+        What they are, which begins the message of an error.
+    least : int
+        How many there must be.
+
+    Returns
+    -------
+    array, shape (n, 3)
+        The coordinates.
+
+    Raises
+    ------
+    InputError
+        For anything else.
+    """
+    found = numbers(values)
+    if found.ndim != 2 or len(found) < least or found.shape[1] != 3 or not np.isfinite(found).all():
+        raise InputError(f"{what}: a list of points of three finite numbers is needed, {least} at least")
+    return found
+
+
+def numbers(values: Any) -> Floats:
+    """Return an array of what are numbers.
+
+    Parameters
+    ----------
+    values : array_like
+        Of any shape.
+
+    Returns
+    -------
+    array
+        Of their shape; a single nan for what is no array of numbers.
+    """
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        return np.array(np.nan)
 
 
 def as_load(assembly: Assembly, load: Any) -> Floats:
@@ -229,7 +305,7 @@ def as_load(assembly: Assembly, load: Any) -> Floats:
 
 
 def _direction(direction: Sequence[float]) -> Floats:
-    vector = np.asarray(direction, dtype=float)
+    vector = numbers(direction)
     if vector.shape != (3,) or not np.isfinite(vector).all() or not vector.any():
         raise InputError(f"load direction is {[*map(float, vector.flat)]}; it must be three numbers, not all zero")
     vector = vector / np.abs(vector).max()

@@ -9,9 +9,11 @@ from types import SimpleNamespace
 import pytest
 
 from blockstat import Assembly, InputWarning, JointLaw, box, write
+from blockstat.analysis import limit_load
 from blockstat.cli import examples, progress
 from blockstat.cli.commands import app
 from blockstat.cli.options import INTERRUPTED, _show_warning, _status
+from blockstat.studies import settling_path
 from evidence.scenes.small import stack
 
 CASES = """\
@@ -65,6 +67,13 @@ def places(tmp_path):
         ("settle {post} --move ground:0,0,-0.01 --move ground:0.01,0,0 -o {out}", "--move names a part twice; give"),
         ("example chapel -o {folder}/gone/chapel.toml", "chapel.toml: no such directory: "),
         ("sequence {post} --courses --flow coulomb", '--courses has flow "associated" alone, not "coulomb"'),
+        ("sequence gone.json --courses --reserve --tilt", "--seconds, --journal, not --reserve, --tilt\n"),
+        ("sequence {post} --held-at-most 1 --page", "--insertion, --journal, not --page\n"),
+        ("sequence {post} --stages -o {out} --seconds 0", "--stages takes --flow, not --output, --seconds\n"),
+        ("sequence {post} --remove-each --journal {out}", "--remove-each takes --output, --flow, not --journal\n"),
+        ("sequence {post} --plan gone.json --along 1,0,0", "--reserve, --tilt, not --along\n"),
+        ("sequence {post} --courses --stages", "give one of --plan PLAN.json, --held-at-most K, --courses"),
+        ("prove {post} --limit --load 1,0,0 -o {folder}/p.json", "--load and --limit are different questions"),
     ],
 )
 def test_what_cannot_be_asked_is_one_line_and_status_two(run, places, command, words):
@@ -75,6 +84,32 @@ def test_what_cannot_be_asked_is_one_line_and_status_two(run, places, command, w
     assert words in err
     assert err.count("\n") == 1
     assert sorted(places["folder"].iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("command", "place", "words"),
+    [
+        ("capacity {file} --load 1,0,0", "gone/c.png", "no such directory"),
+        ("capacity {file} --load 1,0,0", "c.txt", 'no picture is written as ".txt"'),
+        ("settle {file} --move ground:0,0,-0.01", "gone/s.svg", "no such directory"),
+        ("limit {file} --directions 4", "gone/d.png", "no such directory"),
+        ("check {file}", "gone/v.glb", "no such directory"),
+        ("check {file}", "v.stl", 'cannot write ".stl"; it is written as: .glb, .obj, .json'),
+        ("prove {file}", "gone/p.json", "no such directory"),
+        ("prove {file}", "p.png", 'cannot write ".png"; it is written as: .json'),
+        ("sequence {file} --held-at-most 2", "gone/plan.json", "no such directory"),
+        ("sequence {file} --held-at-most 2", "plan.png", 'cannot write ".png"; it is written as: .json'),
+        ("sequence {file} --courses", "plan", 'cannot write ""; it is written as: .json'),
+        ("sequence {file} --plan plan.json", "plan.json", 'no picture is written as ".json"'),
+        ("sequence {file} --remove-each", "map.glb", "a picture is .png or .svg"),
+    ],
+)
+def test_a_place_where_no_answer_can_go_is_refused_before_the_file_is_read(run, tmp_path, command, place, words):
+    """There is no file to read, and that is not what is said."""
+    status, out, err = run(*command.format(file=tmp_path / "none.json").split(), "-o", tmp_path / place)
+    assert (status, out) == (2, "")
+    assert words in err
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_table_of_cases_says_each_verdict_and_multiplier(run, places):
@@ -199,6 +234,18 @@ def test_a_settlement_is_followed_as_far_as_is_asked(run, places):
         assert option[0] in error
 
 
+def test_a_settlement_is_told_though_its_path_is_interrupted_before_it_can_be_filmed(run, places, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(settling_path, "settle_to_collapse", interrupted)
+    film = places["folder"] / "film.png"
+    status, out, _ = run("settle", places["post"], "--move", "ground:0,0,-0.001", "--film", film)
+    assert status == 0
+    assert out.splitlines()[-1] == "Not followed further: interrupted."
+    assert not film.exists()
+
+
 @pytest.mark.parametrize(("law", "words"), [({"compression": 1e9}, "crush at their hinges"), ({"cells": 2}, "cells")])
 def test_a_settlement_that_cannot_be_followed_is_told_for_a_small_movement(run, places, law, words):
     post = write(stack(1, joints=[JointLaw(("*", "*"), **law)], name="firm"), places["folder"] / "firm.json")
@@ -249,6 +296,43 @@ def test_the_blocks_that_may_be_taken_out_are_counted_and_the_others_named(run, 
         "stone0: unstable; first to move: stone1",
     ]
     assert [path.name for path in tmp_path.iterdir()] == ["tower.json"]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "code-check {post} --load 1,0,0 --ag 0.1",
+        "capacity {post} --load 1,0,0",
+        "cases {post} --loads {cases}",
+        "limit {post} --directions 4",
+        "plot {post} --mechanism --load 1,0,0 -o {out}",
+        "report {post} -o {page}",
+    ],
+)
+def test_an_interrupt_inside_a_limit_load_ends_the_command(run, places, monkeypatch, command):
+    interrupt_limit_loads(monkeypatch)
+    status, out, err = run(*command.format(**places).split())
+    assert (status, out) == (INTERRUPTED, "")
+    assert err.endswith("blockstat: interrupted\n")
+    assert not places["out"].exists()
+    assert not places["page"].exists()
+
+
+def test_the_limit_load_of_one_direction_keeps_its_bracket_when_it_is_interrupted(run, places, monkeypatch):
+    interrupt_limit_loads(monkeypatch)
+    status, out, _ = run("limit", places["post"], "--load", "1,0,0")
+    assert status == 0
+    assert "Stopped: the assembly carries the load up to the lower bound" in out
+
+
+def interrupt_limit_loads(monkeypatch):
+    """Ctrl-C in the first iteration of every limit load, as if the scene were large."""
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(limit_load, "pays", lambda *_: True)
+    monkeypatch.setattr(limit_load, "interior_point", SimpleNamespace(solve=interrupted))
 
 
 def test_a_broken_library_while_an_interrupt_came_is_an_interrupt(capsys):

@@ -4,9 +4,11 @@ import json
 import subprocess
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from blockstat import (
     Assembly,
@@ -22,6 +24,7 @@ from blockstat import (
     read,
     write,
 )
+from blockstat.analysis import limit_load as limit_loads
 from evidence.scenes.small import prism, stack
 
 
@@ -114,6 +117,57 @@ def test_coulomb_friction_has_a_bracket_in_each_direction():
     for limit in found.limits:
         assert limit.coulomb == pytest.approx((0.2, 0.2), rel=1e-3)
     assert "without dilatancy" in found.explain()
+    assert found.summary()["coulomb_least"] == pytest.approx(0.2, rel=1e-3)
+
+
+def test_the_least_without_dilatancy_is_said_and_drawn_in_its_own_direction():
+    """Associated .25 towards +y; by the joints that carry least .1 towards -x, which those that carry most hide."""
+    found = limit_load_by_direction(slab(friction=2.0), 4, refine=False)
+    told, drawn = found.explain(), Figure().add_subplot(projection="polar")
+    assert found.weakest_coulomb is found.summary()["coulomb_least"] is found.summary()["coulomb_towards"] is None
+    assert "Least: 0.25 towards +y." in told
+    assert "Friction is associated" in told
+    plot_directions(found, drawn)
+    assert drawn.get_legend() is None
+    kinds = [((0.3, 0.31), (0.4, 0.41)), ((0.2, 0.21),), ((0.45, 0.46), (0.1, 0.11)), ((0.2, 0.21),)]
+    limits = [replace(limit, coulomb_kinds=own) for limit, own in zip(found.limits, kinds, strict=True)]
+    found = replace(found, limits=tuple(limits))
+    told, summary, drawn = found.explain(), found.summary(), Figure().add_subplot(projection="polar")
+    assert "Least without dilatancy, of 4 directions: 0.1 to 0.11 towards -x, in the kind of joints that" in told
+    assert "Least with associated friction: 0.25 towards +y." in told
+    assert "Over the whole horizon with associated friction: " in told
+    assert (summary["least"], summary["upper"]) == ("+y", pytest.approx(0.25))
+    assert (summary["coulomb_least"], summary["coulomb_towards"]) == (0.1, "-x")
+    assert [row["coulomb_least"] for row in summary["directions"]] == [0.3, 0.2, 0.1, 0.2]
+    plot_directions(found, drawn)
+    assert drawn.get_title() == "assembly: least without dilatancy 0.1 towards -x"
+    assert [text.get_text() for text in drawn.get_legend().get_texts()] == ["associated friction", "without dilatancy"]
+    # What associated friction does not carry is not looked for without dilatancy, and is the least all the same.
+    none = replace(found.limits[3], lower=0.0, upper=0.0, coulomb_kinds=())
+    held = replace(found.limits[0], outcome=LoadOutcome.UNBOUNDED, lower=np.inf, upper=np.inf, coulomb_kinds=())
+    found = replace(found, limits=(held, *found.limits[1:3], none))
+    assert "Least without dilatancy, of 3 directions: 0 to 0 towards -y" in found.explain()
+
+
+def test_an_interrupt_ends_all_directions(monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    told = []
+    monkeypatch.setattr(limit_loads, "interior_point", SimpleNamespace(solve=interrupted))
+    with pytest.raises(KeyboardInterrupt):
+        limit_load_by_direction(slab(), 4, solver="interior-point", progress=lambda *step: told.append(step))
+    assert told == []
+
+
+def test_a_wide_tolerance_takes_fewer_iterations_in_every_direction():
+    options = {"refine": False, "solver": "interior-point"}
+    rough, fine = (limit_load_by_direction(slab(friction=0.2), 4, tolerance=t, **options) for t in (0.1, 1e-6))
+    assert all(a.iterations < b.iterations for a, b in zip(rough.limits, fine.limits, strict=True))
+    assert (rough.lower <= 0.2 * (1 + 1e-6)).all()
+    assert (rough.upper >= 0.2 * (1 - 1e-6)).all()
+    with pytest.raises(InputError, match="tolerance is 5; it must be above 0"):
+        limit_load_by_direction(slab(), 4, tolerance=5)
 
 
 def run(*arguments):
@@ -143,6 +197,7 @@ def test_the_command_names_the_least_direction_and_draws_all(tmp_path):
         ([], "give --load AX,AY,AZ, --directions N for all of the horizon, or --case NAME with live loads"),
         (["--load", "1,0,0", "--directions", "4"], "ask for one of them"),
         (["--directions", "5"], "must be a multiple of 4"),
+        (["--directions", "4", "--tolerance", "5"], "tolerance is 5.0; it must be above 0"),
         (["--load", "1,0,0", "-o", "x.png"], "-o draws the directions; it goes with --directions"),
     ],
 )
@@ -153,12 +208,26 @@ def test_the_command_says_what_is_wrong(tmp_path, arguments, expected):
     assert expected in answer.stderr
 
 
+def test_without_limits_the_answer_is_printed_and_no_picture_drawn(tmp_path):
+    file, picture = write(slab(gravity=(0, -5, -9.81)), tmp_path / "falls.json"), tmp_path / "rose.svg"
+    answer = run("limit", file, "--directions", 4, "-o", picture)
+    assert answer.returncode == 0
+    assert "Infeasible under dead load" in answer.stdout
+    assert f"{picture}: not written, for there are no limit loads to draw" in answer.stderr
+    assert not picture.exists()
+    told = json.loads(run("limit", file, "--directions", 4, "-o", picture, "--json").stdout)
+    assert told["outcome"] == "dead_load_unstable"
+    assert "output" not in told
+
+
 def test_wide_bounds_matter_only_where_the_weakest_direction_may_be():
     found = limit_load_by_direction(slab(friction=2.0), 4, refine=False)
     strong = replace(found.limits[0], outcome=LoadOutcome.UNDECIDED, upper=0.9)  # carries .5, the weakest .25
     assert replace(found, limits=(strong, *found.limits[1:])).outcome is DirectionOutcome.LIMIT
     doubtful = replace(strong, lower=0.1)
-    assert replace(found, limits=(doubtful, *found.limits[1:])).outcome is DirectionOutcome.UNDECIDED
+    stopped = replace(doubtful, outcome=LoadOutcome.STOPPED)
+    for limit in (doubtful, stopped):
+        assert replace(found, limits=(limit, *found.limits[1:])).outcome is DirectionOutcome.UNDECIDED
 
 
 def test_a_direction_that_a_wall_holds_is_told_as_unbounded_and_bounds_nothing():

@@ -33,7 +33,9 @@ def piles():
 
 
 def structure_of(scene):
-    return Structure(scene, find_interfaces(scene), read_loads(scene, None), None, "auto")
+    return Structure(
+        scene, find_interfaces(scene), read_loads(scene, None), None, "auto", np.zeros((scene.n_blocks, 6))
+    )
 
 
 def turned(scene, seed, *, far=()):

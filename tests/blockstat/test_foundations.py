@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, box, plot_settlement, settle, settlement, write
+from blockstat import Assembly, InputError, JointLaw, Tie, box, plot_settlement, settle, settlement, write
 from evidence.scenes.small import arch, assembly
 
 
@@ -58,6 +58,20 @@ def test_two_parts_that_sink_alike_crack_nothing():
     whole = settle(beam(), {"ground": (0, 0, -0.01)})
     assert whole.cracks() == []
     assert whole.reaction == pytest.approx(WEIGHTS.sum(), rel=1e-6)
+
+
+DOWN = ((1.25, 0.5, 0.0), (1.25, 0.5, 2.2))
+
+
+@pytest.mark.parametrize("options", [
+    {"ties": [Tie(("ground", "lintel"), DOWN, 5e3, 5e3)]},
+    {"ties": [Tie(("ground", "lintel"), DOWN, 5e3)]},
+    {"joints": [JointLaw(("ground", "pier"), bond=5e3, bond_moment=5e3)]},
+], ids=["constant", "tie", "bond"])  # fmt: skip
+def test_ground_that_sinks_carries_the_weights_whatever_is_pulled_down_on_it(options):
+    found = settle(beam(**options), {"ground": (0, 0, -0.01)})
+    assert found.reaction == pytest.approx(WEIGHTS.sum(), rel=1e-6)
+    np.testing.assert_allclose(found.foundations[0].reaction, (0, 0, -WEIGHTS.sum()), atol=1e-2)
 
 
 def test_several_supports_move_each_its_own_way():

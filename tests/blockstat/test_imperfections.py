@@ -22,6 +22,7 @@ from blockstat import (
     box,
     find_interfaces,
     limit_load,
+    load_case,
     prove_limit,
     tilt_limit,
     write,
@@ -147,6 +148,23 @@ def test_the_lightest_block_slides_first_and_the_heaviest_falls_first():
     agrees(limit_load(overhang, down, imperfections=light), (0.05 * 1.9 + 0.75 * 0.5 * 0.1) / 0.9)
 
 
+def test_the_factor_on_the_weight_of_a_case_is_that_of_the_densities_allowed_for():
+    """A push at the foot of a block slides it at 0.9 mu W, W the least, whatever factor its other loads have."""
+    block = stack(1).with_(gravity=np.array([0.0, 0.0, -10.0]), density=np.array([1.0, 500.0]))
+    push = np.zeros((2, 6))
+    push[1] = [1.0, 0, 0, 0, -0.5, 0]
+    case = load_case(block, "light", {"push": push}, {"light": {"weight": 0.9, "live": {"push": 2.0}}})
+    allowed = Imperfections(density={"*": (400.0, 600.0)}, loads={"*": (0.0, 1.5)})
+    options = {"friction": 0.5, "imperfections": allowed}
+    found = limit_load(block, case.live, loads=case.weighted_permanent, **options)
+    agrees(found, 0.5 * 0.9 * 4000.0 / 2)
+    proof = prove_limit(found, case.live, loads=case.weighted_permanent)
+    assert float(proof.content["proof"]["multiplier"]) == pytest.approx(900.0, rel=EXACT)
+    for share, outcome in ((0.999, Outcome.STABLE), (1.001, Outcome.UNSTABLE)):
+        acting = replace(case, live=share * 0.5 * 0.9 * 4000.0 / 1.5 * push).weighted_loads
+        assert assess(block, loads=acting, **options).outcome is outcome
+
+
 def test_a_load_that_helps_is_least_and_one_that_harms_is_greatest():
     block = stack(1, 1.0, 2.0, density=1.0)
     dead = np.zeros((2, 6))
@@ -231,6 +249,11 @@ def test_the_worst_case_can_be_proved():
         ({"friction": 0.9}, "friction is 0.9; it divides friction and is at least 1"),
         ({"density": {"wall": (2000, 1000)}}, 'density of "wall" is'),
         ({"density": {"wall": (0, 1000)}}, 'density of "wall" is'),
+        ({"density": {"wall": 1800}}, 'density of "wall" is 1800; it must be two densities .*, least first'),
+        ({"density": {"wall": ("1800", "2000")}}, 'density of "wall" is'),
+        ({"density": {"wall": (1800, (2000, 2100))}}, 'density of "wall" is'),
+        ({"loads": {"wall": 1.2}}, 'loads of "wall" is 1.2; it must be two factors, least first'),
+        ({"density": 1800}, "density is 1800; it must be ranges by group"),
         ({"loads": {"wall": (1, 2, 3)}}, 'loads of "wall" is'),
         ({"density": {str(k): (1, 2) for k in range(11)}}, "11 ranges; 10 are the most"),
     ],

@@ -1,10 +1,12 @@
 """What a solver says about a limit load is believed only as far as it can be checked."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
-from blockstat import LoadOutcome, limit_load
+from blockstat import Imperfections, LoadOutcome, limit_load
+from blockstat.analysis import coulomb
 from blockstat.analysis import limit_load as module
 from blockstat.solve.answer import Status
 from evidence.hard import ties
@@ -53,6 +55,26 @@ def test_the_bracket_without_dilatancy_is_told_and_kept_when_it_is_stopped():
     assert (found.lower, found.upper) == (whole.lower, whole.upper)
     assert found.coulomb_kinds == (told[1][1:],)
     assert "stopped before every kind of joints" in found.explain()
+
+
+def interrupted(*_, **__):
+    raise KeyboardInterrupt
+
+
+def test_an_interrupt_is_kept_only_for_who_watches(monkeypatch):
+    """Ctrl-C before the first iterate: nothing is proven but the dead load. Of further worst cases nothing is known."""
+    solver, push = {"solver": "interior-point"}, (1, 0, 0)
+    monkeypatch.setattr(module, "interior_point", SimpleNamespace(solve=interrupted))
+    found = limit_load(stack(2), push, progress=lambda *_: None, **solver)
+    assert (found.outcome, found.lower, found.upper) == (LoadOutcome.STOPPED, 0.0, float("inf"))
+    with pytest.raises(KeyboardInterrupt):
+        limit_load(stack(2), push, **solver)
+    with pytest.raises(KeyboardInterrupt):
+        limit_load(stack(2), push, progress=lambda *_: None, imperfections=Imperfections(edge=0.01), **solver)
+    monkeypatch.undo()
+    monkeypatch.setattr(coulomb, "coulomb_state", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        limit_load(stack(1), push, flow="coulomb", friction=0.3)
 
 
 def test_a_bracket_that_only_rounding_narrows_ends():

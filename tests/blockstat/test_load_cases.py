@@ -24,7 +24,7 @@ from blockstat import (
 from blockstat.cli.commands import app
 from blockstat.loading.cases import LoadCase
 from blockstat.spec.files import load_file
-from evidence.scenes.small import assembly, box
+from evidence.scenes.small import assembly, box, stack
 
 SCENE = """\
 name = "bay"
@@ -260,6 +260,46 @@ def test_loads_on_faces_leave_out_the_joints_that_the_analysis_has(tmp_path):
     assert limit["lower"] == pytest.approx(0.5 / 1.02, abs=0.01)
     rows = {row["case"]: row for row in json.loads(CliRunner().invoke(app, ["cases", *command]).stdout)["rows"]}
     assert rows["d"]["lower"] == pytest.approx(limit["lower"], rel=1e-3)
+
+
+def test_the_table_of_cases_knows_the_gap_and_refuses_blocks_that_overlap(tmp_path):
+    (tmp_path / "l.toml").write_text(
+        '[loads.push]\nkind = "body"\nforce = [0.4, 0, 0]\n[cases.c]\nlive = { push = 2 }\n'
+    )
+    table = []
+    for depth in (0.009, 0.3):  # what is 9 mm in the ground slides at a friction of 0.7, pushed by 0.8 of its weight
+        blocks = [box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, 0, -depth), (1, 1, 0.5 - depth), name="slab")]
+        write(assembly(blocks, density=2.0, friction=0.7), tmp_path / "sunk.json")
+        command = [str(tmp_path / "sunk.json"), "--gap", "10 mm", "--loads", str(tmp_path / "l.toml"), "--json"]
+        table.append(CliRunner().invoke(app, ["cases", *command]))
+    (row,) = json.loads(table[0].stdout)["rows"]
+    assert (row["verdict"], row["status"]) == ("unstable", "limit")
+    assert row["upper"] == pytest.approx(0.7 / 0.8, rel=1e-3)
+    assert isinstance(table[1].exception, InputError)
+    assert 'blocks "ground" and "slab" overlap by 0.3 m' in str(table[1].exception)
+
+
+def test_the_factor_on_the_weight_is_that_of_densities_that_are_imperfect_or_random(tmp_path):
+    """A slab of mass rho and weight 0.9 rho, pushed by P at its foot, slides at 0.9 mu rho."""
+    write(stack(1, 2.0, 0.5, friction=0.6), tmp_path / "slab.json")
+    (tmp_path / "l.toml").write_text(
+        '[loads.push]\nkind = "point"\nblock = "stone0"\npoint = [0, 0.5, 0]\nforce = [0.28, 0, 0]\n'
+        "[cases.dead]\nfactors = { push = 1 }\nweight = 0.9\n[cases.live]\nlive = { push = 1 }\nweight = 0.9\n"
+    )
+
+    def told(command, case, *options):
+        given = [str(tmp_path / "slab.json"), "--loads", str(tmp_path / "l.toml"), "--case", case, *options, "--json"]
+        return json.loads(CliRunner().invoke(app, [command, *given], catch_exceptions=False).stdout)
+
+    worst = ["--imperfection", "density.*=0.8,1.2", "--imperfection", "loads.*=0,1.5"]
+    assert told("check", "dead", *worst)["verdict"] == "stable"  # 1.5 x .28 = .42 < .9 x .6 x .8 = .432
+    assert told("limit", "live", *worst)["upper"] == pytest.approx(0.432 / 0.28, rel=1e-4)
+    pushed = told("limit", "dead", *worst, "--load", "1,0,0")
+    assert pushed["upper"] == pytest.approx((0.432 - 0.42) / 0.8, rel=1e-3)
+    # Where the push is .2 of the mass too, it slides below rho = .28 / (.9 x .6 - .2).
+    random = ["--uncertain", "density.*=normal,1,0.05", "--load", "0.2,0,0", "--first-order", "--draws", "1"]
+    beta = told("reliability", "dead", *random)["first_order"]["beta"]
+    assert beta == pytest.approx((1 - 0.28 / 0.34) / 0.05, rel=1e-3)
 
 
 @pytest.mark.parametrize(("loads", "cases", "message"), [

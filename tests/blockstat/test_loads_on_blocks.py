@@ -48,7 +48,7 @@ def test_an_acceleration_of_a_group_is_that_of_its_blocks_alone():
         acceleration(asm, (0, 1, 0), group="wal")
 
 
-@pytest.mark.parametrize("direction", [(0, 0, 0), (1, 0), (1, 0, 0, 0), (np.nan, 0, 1), (0, np.inf, 1)])
+@pytest.mark.parametrize("direction", [(0, 0, 0), (1, 0), (1, 0, 0, 0), (np.nan, 0, 1), (0, np.inf, 1), ("a", 0, 1)])
 def test_a_load_needs_a_direction(direction):
     with pytest.raises(InputError, match=r"load direction is \[.*\]; it must be three numbers, not all zero"):
         acceleration(scene(), direction)

@@ -18,7 +18,7 @@ from blockstat import (
     surface_load,
 )
 from blockstat.loading.faces import Face, wrenches
-from evidence.scenes.small import assembly, box, prism
+from evidence.scenes.small import arch, assembly, box, prism
 
 TILTED = np.array([0.4, -0.7, -3.0])
 UP = -TILTED / np.linalg.norm(TILTED)
@@ -115,8 +115,49 @@ def test_a_fluid_that_reaches_no_face_is_refused():
 
 def test_faces_along_the_direction_are_dry():
     asm = Assembly.from_blocks([box((0, 0, 0), (1, 2, 3))])
-    assert fluid_pressure(asm, 9.0, 1.0, (1e-10, 0, 1))[0, 0] == 0.0
-    assert fluid_pressure(asm, 9.0, 1.0, (1e-8, 0, 1))[0, 0] < 0.0
+    assert fluid_pressure(asm, 9.0, 1.0, (0.9e-3, 0, 1))[0, 0] == 0.0
+    assert fluid_pressure(asm, 9.0, 1.0, (1.1e-3, 0, 1))[0, 0] < 0.0
+
+
+def turned(asm, degrees):
+    """Blocks turned in plan, and the directions along and across that x and y become."""
+    c, s = np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))
+    along, across = np.array([c, s, 0.0]), np.array([-s, c, 0.0])
+    return asm.with_(vertices=asm.vertices @ np.stack([along, across, [0.0, 0.0, 1.0]])), along, across
+
+
+def single(vertices):
+    return vertices.astype(np.float32).astype(float)
+
+
+@pytest.mark.parametrize("stored", [np.copy, single, lambda vertices: vertices.round(6)])
+@pytest.mark.parametrize("towards", [(-np.cos(np.pi / 6), -0.5, 0.0), (-0.866, -0.5, 0.0)])
+def test_water_presses_along_its_direction_however_that_and_the_coordinates_are_rounded(stored, towards):
+    """gamma h2 / 2 a metre along, and nothing across."""
+    dam, along, across = turned(Assembly.from_blocks([box((0, 0, 0), (1, 1, 3))]), 30)
+    load = fluid_pressure(dam.with_(vertices=stored(dam.vertices)), 2.0, 9810.0, towards)[0, :3]
+    assert load @ along == pytest.approx(9810 * 2.0**2 / 2, rel=1e-5)
+    assert load @ across == pytest.approx(0.0, abs=0.1)
+
+
+@pytest.mark.parametrize("stored", [np.copy, single, lambda vertices: vertices.round(6)])
+def test_an_arch_however_its_coordinates_are_rounded_carries_the_fill_of_the_arch_along_the_axes(stored):
+    ring = arch(21, 0.4)
+    whole = fill_load(ring, 3.0, 18000.0)
+    for degrees in range(0, 360, 30):
+        there, along, across = turned(ring, degrees)
+        there = there.with_(vertices=stored(there.vertices))
+        np.testing.assert_allclose(fill_load(there, 3.0, 18000.0)[:, 2], whole[:, 2], rtol=1e-5, atol=1.0)
+        place = 0.3 * along + 0.25 * across + [0, 0, 3.0]
+        assert dispersed_load(there, place, 1000.0, spread=0.1)[:, 2].sum() == pytest.approx(-1000.0, rel=1e-9)
+
+
+def test_what_rounding_leaves_of_a_covered_face_is_not_free():
+    """The strip beside the block above is a thousandth of the face, or less than a ten thousandth."""
+    for width, free in ((1e-3, True), (0.9e-4, False)):
+        low, high = box((0, 0, 0), (1, 1, 1), name="low"), box((width, 0, 1), (1, 1, 2), name="high")
+        load = surface_load(assembly([low, high], supports=[]), (0, 0, -1.0), (0, 0, 1))
+        assert load[0, 2] == pytest.approx(-width * free, abs=1e-12)
 
 
 @pytest.mark.parametrize(("name", "values"), [
@@ -330,9 +371,15 @@ def test_a_patch_on_a_slope_has_its_own_area():
 def test_a_patch_off_its_face_or_of_no_shape_is_refused():
     asm = assembly([box((0, 0, 0), (2, 3, 1), name="one")], supports=[])
     corners = np.array([(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1.0)])
-    for wrong in (corners[:2], corners[:, :2], corners.ravel(), np.where(corners == 1, np.nan, corners)):
-        with pytest.raises(InputError, match=r"patch has corners of shape \(.*; three or more points of three numbers"):
+    ragged = [(0, 0, 1), (1, 0, 1), (1, 1)]
+    for wrong in (corners[:2], corners[:, :2], corners.ravel(), np.where(corners == 1, np.nan, corners), ragged, "abc"):
+        with pytest.raises(InputError, match="patch: a list of points of three finite numbers is needed, 3"):
             patch_load(asm, wrong, (0, 0, -1))
+    for line in ([(0, 0, 1), (0.5, 0, 1), (1, 0, 1)], [(0, 0, 1), (1 / 3, 0.1, 1), (1, 0.3, 1)], [(1, 1, 1)] * 3):
+        with pytest.raises(InputError, match="its corners lie on a line; they must enclose an area"):
+            patch_load(asm, line, (0, 0, -1))
+    with pytest.raises(InputError, match="its edges cross"):
+        patch_load(asm, corners[[0, 2, 1, 3]], (0, 0, -1))
     size = asm.size[0]
     assert patch_load(asm, corners + [0, 0, 0.9e-6 * size], (0, 0, -1))[0, 2] == pytest.approx(-1.0)
     for shift in ([0, 0, 1.2e-6 * size], [0, 0, -1.2e-6 * size], [5, 0, 0]):

@@ -99,7 +99,7 @@ def test_a_structure_that_falls_at_rest_has_no_curve():
 def configuration(assembly, lean=0.0):
     """A wall that has turned about its toe (.5, 0), with the contacts there, or all contacts where it has not."""
     loads = read_loads(assembly, None), read_loads(assembly, ALONG, live=True)
-    structure = Structure(assembly, find_interfaces(assembly), *loads, "auto")
+    structure = Structure(assembly, find_interfaces(assembly), *loads, "auto", np.zeros((assembly.n_blocks, 6)))
     contacts, pose = pairs_at_rest(assembly, structure.interfaces), rest_pose(assembly)
     rotation, displacement = pose.rotation.copy(), pose.displacement.copy()
     rotation[1] = [[np.cos(lean), 0, np.sin(lean)], [0, 1, 0], [-np.sin(lean), 0, np.cos(lean)]]

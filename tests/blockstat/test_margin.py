@@ -3,7 +3,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, JointLaw, assess
+from blockstat import Assembly, InputError, JointLaw, Tie, assess
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.design_search import margin
 from blockstat.design_search.margin import TOP, Margin, _multiplier, _slopes, measure
@@ -119,3 +119,17 @@ def test_a_case_carries_its_limit_load_or_lacks_its_score():
     falls = leaning({"width": 0.4})
     assert _multiplier(falls, push) == pytest.approx(-assess(falls).score)
     assert _multiplier(falls, push) < 0
+
+
+def test_a_tied_design_has_the_slopes_of_its_moment_about_the_toe():
+    """A pillar of unit height with a tie at its top carries b + 2 F / W, and W goes with its width b."""
+
+    def tied(values):
+        pillar = box((0, 0, 0), (values["width"], 1, 1), name="pillar")
+        tie = Tie(("ground", "pillar"), ((-3, 0.5, 1), (0, 0.5, 1)), greatest=1000.0)
+        return on_ground(pillar).with_(ties=[tie])
+
+    weight = float(np.linalg.norm(tied({"width": 0.4}).gravity) * tied({"width": 0.4}).mass[1])
+    found = measure(tied, {"width": 0.4}, ("width",), Margin((1.0, 0.0, 0.0)))
+    assert found.reserve == pytest.approx(0.4 + 2000.0 / weight, rel=1e-6)
+    assert found.reserve_slopes == pytest.approx([1.0 - 2000.0 / weight / 0.4], rel=1e-6)

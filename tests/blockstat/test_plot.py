@@ -270,3 +270,15 @@ def test_forces_of_blocks_without_a_joint_are_an_empty_picture(tmp_path):
     ground = box((0, 0, 0), (1, 1, 1), name="ground")
     alone = Assembly.from_blocks([ground], supports=["ground"])
     assert plot_forces(assess(alone), tmp_path / "forces.png").is_file()
+
+
+def test_a_picture_of_what_does_not_move_is_titled_by_its_verdict():
+    """A block between two walls: friction holds it on paper, and nothing presses it against them."""
+    from matplotlib.figure import Figure
+
+    blocks = [box((-1, 0, 0), (0, 1, 1)), box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 1))]
+    jammed = Assembly.from_blocks(blocks, supports=[0, 2], friction=0.7, name="jammed")
+    for flow, title in (("associated", "jammed: stable"), ("coulomb", "jammed: stable only by self stress")):
+        axes = Figure().add_subplot()
+        plot_verdict(assess(jammed, flow=flow), axes)
+        assert axes.get_title() == title

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, InputError, JointLaw, Outcome, Tie, assess, find_interfaces, glued
+from blockstat import Assembly, Block, InputError, JointLaw, Outcome, Tie, assess, find_interfaces, glued, limit_load
 from blockstat.analysis.problem import checked_loads, crushes, free_fall, gap_warnings, pose, timed
 from evidence.scenes.small import assembly, box, prism
 
@@ -232,7 +232,7 @@ def edged(compression=5e6, n=1):
 
 def test_edges_under_a_law_with_strength_carry_nothing_and_are_named():
     problem = posed(edged(n=4))
-    assert problem.crushed.n_interfaces == 4
+    assert [faces.n_interfaces for faces in problem.interfaces.crushed] == [4]
     assert problem.interfaces.n_interfaces == 0
     told = [text for text in problem.warnings if "compressive strength" in text]
     pairs = [f'"ground" and "w{k}"' for k in range(4)]
@@ -243,7 +243,7 @@ def test_edges_under_a_law_with_strength_carry_nothing_and_are_named():
     three = [text for text in posed(edged(n=3)).warnings if "compressive strength" in text]
     assert three[0].endswith('"ground" and "w2"')
     free = posed(edged(None, n=2))
-    assert free.crushed is None
+    assert free.interfaces.crushed == ()
     assert free.interfaces.n_interfaces == 2
 
 
@@ -258,6 +258,38 @@ def test_a_motion_into_a_crushed_edge_proves_no_fall():
     assert crushes(problem, motion)
     assert not crushes(posed(edged(None)), -motion)
     assert assess(edged()).outcome is Outcome.UNDECIDED
+
+
+def block_beside(*others, **options):
+    """A block of 1 x 2 x 2 m on the ground beside other supports."""
+    blocks = [GROUND, box((0, -1, 0), (1, 1, 2), name="block"), *others]
+    return assembly(blocks, supports=["ground", *(other.name for other in others)], **options)
+
+
+def test_crushed_contacts_stay_in_the_way_where_the_joints_of_an_answer_are_used_again():
+    law = JointLaw(("*", "*"), compression=5e6)
+    leaning = block_beside(prism([(1, 1), (2, 0.8), (2, 1.2)], 0.5, name="wedge"), joints=[law])
+    verdict = assess(leaning, gravity=(0.7, 0, -1))
+    again = assess(verdict.assembly, interfaces=verdict.interfaces)
+    assert again.outcome is verdict.outcome is Outcome.UNDECIDED
+    assert again.warnings == verdict.warnings
+    limit = limit_load(leaning, (1, 0, 0))
+    second = limit_load(leaning, (1, 0, 0), interfaces=limit.interfaces)
+    assert (second.outcome, second.lower, second.upper) == (limit.outcome, pytest.approx(limit.lower), np.inf)
+
+
+def test_a_fall_past_an_edge_does_not_drive_in_what_is_crushed():
+    """Pushed against a vertical edge, the block turns about it, and its back comes round against a wedge there."""
+    edge = box((1, -2, 0.5), (2, -1, 1.5), name="edge")
+    tips = [(x, y, z) for x, y in ((0.05, 1), (0, 2), (0.1, 2)) for z in (0.7, 1.3)]
+    wedge = Block(np.array(tips), [[0, 2, 4], [1, 5, 3], [0, 1, 3, 2], [0, 4, 5, 1], [2, 3, 5, 4]], "wedge", "wedge")
+    law = JointLaw(("wedge", "*"), compression=5e6)
+    for others, falls in (((edge,), True), ((edge, wedge), False)):
+        asm = block_beside(*others, friction=0.2, joints=[law] if len(others) > 1 else [])
+        # What it slides away with at first leaves the wedge, and is driven against the edge.
+        verdict = assess(asm, gravity=(0.8, -0.08, -1))
+        assert verdict.outcome is (Outcome.UNSTABLE if falls else Outcome.UNDECIDED)
+        assert np.isfinite(limit_load(asm, (1, -0.1, 0)).upper) == falls
 
 
 def test_joints_that_are_almost_taken_are_told_where_the_verdict_is_not_stable():

@@ -598,6 +598,14 @@ def test_what_is_not_decided_is_not_proved():
     limit = replace(limit_load(scene, (1, 0, 0)), outcome=LoadOutcome.UNDECIDED)
     with pytest.raises(InputError, match='"post" is undecided under this load: there is nothing to prove'):
         prove_limit(limit, (1, 0, 0))
+    # A contact without area that would crush is in the way of the only mechanism.
+    blocks = [box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, -1, 0), (1, 2, 2), name="post")]
+    blocks.append(prism([(1, 1), (2, 0.8), (2, 1.2)], name="wedge"))
+    law = JointLaw(("*", "*"), compression=5e6)
+    leaning = Assembly.from_blocks(blocks, supports=["ground", "wedge"], joints=[law], name="leaning")
+    assert limit_load(leaning, (1, 0, 0)).outcome is LoadOutcome.UNDECIDED
+    with pytest.raises(InputError, match='"leaning" is undecided under this load: there is nothing to prove'):
+        prove(leaning, (1, 0, 0))
 
 
 def test_a_verdict_that_is_wrong_is_not_proved():

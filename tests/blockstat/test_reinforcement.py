@@ -86,6 +86,21 @@ def test_a_tie_gains_nothing_where_no_load_has_a_limit():
         tie_gain(limit, (0, 0, -1), [Tie(("ground", "stone0"), ENDS)])
 
 
+@pytest.mark.parametrize("far", [-3, 4])
+def test_a_tie_gains_what_the_moment_about_the_toe_says_and_loses_nothing_while_it_may_be_slack(far):
+    """A pillar of width b and height h that tips under W lambda carries b / h, and 2 z / (W h) more for each newton."""
+    blocks = [box((-4, -1, -1), (5, 2, 0), name="ground"), box((0, 0, 0), (0.5, 1, 2), name="pillar")]
+    pillar = assembly(blocks, density=1000.0, gravity=(0, 0, -10))
+    limit = limit_load(pillar, (1, 0, 0), optimum=True)
+    ends, weight, force = ((far, 0.5, 1.5), (0.25, 0.5, 1.5)), 10e3, 500.0
+    slack, tight = (Tie(("ground", "pillar"), ends, least=least) for least in (0.0, force))
+    slope = -np.sign(far) * 2 * 1.5 / (weight * 2)
+    assert tie_gain(limit, (1, 0, 0), [slack, tight]) == pytest.approx([max(slope, 0.0), slope], abs=1e-9)
+    assert tie_gain(limit, (1, 0, 0), [slack], force=force) == pytest.approx([max(slope, 0.0)], abs=1e-9)
+    given = pillar.with_(ties=[Tie(("ground", "pillar"), ends, least=force, greatest=force)])
+    assert limit_load(given, (1, 0, 0)).lower - limit.lower == pytest.approx(force * slope, rel=1e-6)
+
+
 def row():
     return assembly([box((-2, 0, 0), (-1, 1, 1), name="rock"), *(box((k, 0, 0), (k + 1, 1, 1)) for k in range(3))])
 
@@ -93,11 +108,13 @@ def row():
 @pytest.mark.parametrize(
     ("blocks", "points", "force", "says"),
     [
-        ([1], [(0, 0.5, 0.5)], 1.0, "points have shape (1, 3); one point of three numbers a block, two at least"),
-        ([1, 2], [(0, 0.5, 0.5)], 1.0, "points have shape (1, 3); one point"),
-        ([1, 2], [(0, 0.5), (2, 0.5)], 1.0, "points have shape (2, 2); one point"),
-        ([1, 2], (0.0, 1.0, 2.0), 1.0, "points have shape (3,); one point"),
-        ([1, 2], [(0, 0.5, nan), (2, 0.5, 0.5)], 1.0, "points have shape (2, 3); one point"),
+        ([1], [(0, 0.5, 0.5)], 1.0, "a list of points of three finite numbers is needed, 2 at least"),
+        ([1, 2], [(0, 0.5, 0.5)], 1.0, "a list of points"),
+        ([1, 2], [(0, 0.5), (2, 0.5)], 1.0, "a list of points"),
+        ([1, 2], [(0, 0.5, 0.5), (2, 0.5)], 1.0, "a list of points"),
+        ([1, 2], (0.0, 1.0, 2.0), 1.0, "a list of points"),
+        ([1, 2], [(0, 0.5, nan), (2, 0.5, 0.5)], 1.0, "a list of points"),
+        ([1, 2, 3], [(0, 0.5, 0.5), (2, 0.5, 0.5)], 1.0, "it has 2 points on 3 blocks; one point a block is needed"),
         ([1, 2], [(0, 0.5, 0.5), (2, 0.5, 0.5)], 0.0, "force is 0.0; it must be above 0"),
         ([1, 2], [(0, 0.5, 0.5), (2, 0.5, 0.5)], -3.0, "force is -3.0; it must be above 0"),
         ([1, 2], [(0, 0.5, 0.5), (2, 0.5, 0.5)], inf, "force is inf; it must be above 0"),
@@ -125,6 +142,8 @@ def test_a_tendon_may_be_anchored_in_the_ground_beside_a_support():
         {"sides": (0.4, 0.0)},
         {"sides": (-0.4, 0.6)},
         {"sides": (0.4, 0.6, 0.1)},
+        {"sides": (0.4, "a")},
+        {"sides": 0.4},
         {"thickness": 0.0},
         {"thickness": nan},
         {"outward": (0, 0, 0)},

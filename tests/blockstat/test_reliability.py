@@ -25,6 +25,7 @@ from blockstat import (
     find_interfaces,
     first_order,
     fragility,
+    limit_load,
     read,
     reliability,
     write,
@@ -33,6 +34,7 @@ from blockstat.chance.first_order import MANY, FirstOrderOutcome, limit_state
 from blockstat.chance.monte_carlo import _binomial, _weighted
 from blockstat.chance.population import Population
 from blockstat.chance.trials import Trials
+from blockstat.loads import WeightedLoads
 from evidence.scenes.small import arch, stack
 
 SIDE = (1, 0, 0)
@@ -594,22 +596,25 @@ def test_where_no_multiple_of_the_load_decides_the_push_alone_has_a_derivative(g
     assert slope == pytest.approx([0.0, -0.15])
 
 
-def test_the_derivatives_by_weights_and_permanent_loads_are_those_of_the_closed_form():
-    """A slab of weight W = rho with a push f P at its foot slides at mu - f P / W times its weight."""
+@pytest.mark.parametrize("share", [None, 1.0, 0.9])
+def test_the_derivatives_by_weights_and_permanent_loads_are_those_of_the_closed_form(share):
+    """A slab of mass rho and weight k rho with a push f P at its foot slides at k mu - f P / rho times rho."""
     loads = np.zeros((2, 6))
     loads[1, [0, 4]] = 0.2, -0.2 * 0.25
     uncertain = {"density.*": Random("normal", 1.0, 0.05), "loads.*": Random("normal", 1.0, 0.1)}
-    population = Population(FLAT, find_interfaces(FLAT), loads, uncertain)
+    acting = loads if share is None else WeightedLoads(loads, share)
+    population = Population(FLAT, find_interfaces(FLAT), acting, uncertain)
     for density, factor in ((0.0, 0.0), (1.0, -2.0)):
         weight, part = 1.0 + 0.05 * density, 1.0 + 0.1 * factor
         value, slope = limit_state(population, SIDE, np.array([density, factor]))
-        assert value == pytest.approx(0.6 - part * 0.2 / weight - 1.0, abs=1e-7)
+        assert value == pytest.approx((share or 1.0) * 0.6 - part * 0.2 / weight - 1.0, abs=1e-7)
         assert slope == pytest.approx([0.05 * part * 0.2 / weight**2, -0.1 * 0.2 / weight], rel=1e-5)
 
 
-def test_the_derivative_by_corners_is_that_of_differences():
+@pytest.mark.parametrize("loads", [None, WeightedLoads(np.zeros((2, 6)), 0.8)])
+def test_the_derivative_by_corners_is_that_of_differences(loads):
     column = stack(1, 0.5, 2.0, friction=2.0)
-    population = Population(column, find_interfaces(column), None, {"corner": Random("normal", 0.0, 0.002)})
+    population = Population(column, find_interfaces(column), loads, {"corner": Random("normal", 0.0, 0.002)})
     rng = np.random.default_rng(5)
     place, way = rng.standard_normal((2, population.size))
     slope = limit_state(population, SIDE, place)[1]
@@ -631,6 +636,32 @@ def test_a_block_that_touches_nothing_falls_in_every_draw():
     scene = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1)), box((0, 0, 2), (1, 1, 3))], supports=[0])
     found = reliability(scene, {"density.*": Random("normal", 2000.0, 100.0)}, draws=5)
     assert (found.failures, found.undecided, found.probability) == (5, 0, 1.0)
+
+
+def sunk(depth, **options):
+    """A slab of 1 x 1 x 0.5 m that is so far in the ground [m]; its hundredth is 8 mm."""
+    blocks = [box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, 0, -depth), (1, 1, 0.5 - depth), name="slab")]
+    return Assembly.from_blocks(blocks, supports=["ground"], **options)
+
+
+def test_an_overlap_within_the_gap_is_a_joint_in_every_draw():
+    slides = sunk(0.009, gravity=(8, 0, -9.81))  # faster than a friction of 0.5 holds
+    options = {"gap": "10 mm", "draws": 5}
+    found = reliability(slides, {"friction": Random("normal", 0.5, 0.01)}, **options)
+    assert (found.failures, found.undecided) == (5, 0)
+    uncertain = {"friction": Random("normal", 0.6, 0.1), "push": Random("normal", 0.3, 0.15)}
+    assert first_order(sunk(0.009), uncertain, SIDE, gap="10 mm").beta == pytest.approx(0.3 / math.hypot(0.1, 0.15))
+
+
+def test_blocks_that_overlap_as_drawn_are_refused(tmp_path):
+    file, friction = tmp_path / "sunk.json", {"friction": Random("normal", 0.5, 0.01)}
+    deep = sunk(0.3)
+    write(deep, file)
+    for ask in (reliability, first_order, fragility):
+        with pytest.raises(InputError, match=r'blocks "ground" and "slab" overlap by 0.3 m'):
+            ask(deep, friction, load=SIDE)
+    told = run("reliability", file, "--uncertain", "friction=normal,0.5,0.01", "--draws", "5").stderr
+    assert 'blocks "ground" and "slab" overlap by 0.3 m' in told
 
 
 @pytest.mark.parametrize(
@@ -729,6 +760,15 @@ def test_the_file_of_draws_of_another_structure_is_refused(kept, change):
             reliability(other, GIVEN, load=SIDE, draws=6, file=file, interfaces=faces)
 
 
+def test_the_file_of_draws_knows_the_factor_on_the_weight():
+    loads, uncertain = np.ones((2, 6)), {"loads.*": Random("normal", 1.0, 0.1)}
+    given = (loads, WeightedLoads(loads), WeightedLoads(loads, 0.9), WeightedLoads(loads, 0.8))
+    populations = [Population(FLAT, find_interfaces(FLAT), own, uncertain) for own in given]
+    digests = [Trials(own, SIDE, np.zeros(1), 0, reuse=True).digest() for own in populations]
+    assert digests[0] == digests[1]
+    assert len(set(digests)) == 3
+
+
 def test_draws_about_a_point_have_a_file_of_their_own(tmp_path):
     uncertain, file = {"push": Random("normal", 0.3, 0.05)}, tmp_path / "draws.jsonl"
     about = first_order(TALL, uncertain, SIDE)
@@ -749,3 +789,26 @@ def test_friction_is_not_random_where_interfaces_have_their_own(each):
     with pytest.raises(InputError, match='uncertain "friction": the interfaces have their own friction'):
         reliability(FLAT, {"friction": Random("normal", 0.3, 0.1, each)}, interfaces=own, load=SIDE, draws=3)
     assert reliability(FLAT, {"push": Random("uniform", 0.5, 0.59)}, interfaces=own, load=SIDE, draws=3).failures == 0
+
+
+def test_ends_of_ties_stay_where_they_are_drawn_when_corners_move():
+    """A tie with a given force carries what its force at its end makes of the load, about the centroid of the draw."""
+    end, force = np.array([0.0, 0.5, 1.5]), 0.1
+    tie = Tie(("ground", "stone0"), ((-3, 0.5, 1.5), tuple(end)), least=force, greatest=force)
+    bare = stack(1, 0.5, 2.0, friction=2.0)
+    tied = bare.with_(ties=[tie])
+    uncertain = {"corner": Random("normal", 0.0, 0.01)}
+    populations = [Population(one, find_interfaces(one), None, uncertain) for one in (tied, bare)]
+    for normal in np.random.default_rng(7).standard_normal((5, populations[0].size)):
+        value, slope = limit_state(populations[0], SIDE, normal)
+        draw, pull = populations[1].realise(normal), np.array([-force, 0.0, 0.0])
+        given = np.zeros((2, 6))
+        given[1] = [*pull, *np.cross(end - draw.assembly.centroid[1], pull)]
+        limit = limit_load(draw.assembly, SIDE, loads=given, interfaces=draw.interfaces, optimum=True)
+        assert value + 1 == pytest.approx(limit.lower, rel=1e-7)
+        ends = [limit_state(populations[0], SIDE, normal + sign * 1e-4 * slope)[0] for sign in (1, -1)]
+        assert (ends[0] - ends[1]) / 2e-4 == pytest.approx(slope @ slope, rel=1e-4)
+    assert reliability(tied, uncertain, load=load_of(tied, 0.25), draws=20).failures == 0
+    loose = bare.with_(ties=[replace(tie, points=(tie.points[0], (-0.1, 0.5, 1.5)))])
+    with pytest.raises(InputError, match=r"the point \[-0.1, 0.5, 1.5\] is not on block"):
+        reliability(loose, uncertain, draws=2)

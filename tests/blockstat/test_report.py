@@ -3,15 +3,20 @@
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from datetime import date
 from importlib.metadata import version
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from blockstat import Assembly, JointLaw, Site, Tie, assess, assess_fully, assessment_html, box, load_scene, write
+from blockstat.analysis.limit_load import LoadOutcome
+from blockstat.analysis.verdict import Outcome
+from blockstat.view import assessment
 from blockstat.view.thrust_lines import thrust_lines
-from evidence.scenes.small import arch
+from evidence.scenes.small import arch, prism
 from tests.browser import CHAPEL, FLAGS, browser_path
 
 
@@ -72,6 +77,33 @@ def test_the_code_check_of_all_four_directions():
     assert "Code check (linear): capacity" in words(assessment_html(assess_fully(slab(), directions=4, code=site)))
 
 
+def test_a_direction_without_a_limit_is_left_out_of_the_code_check_by_name(monkeypatch):
+    """Nothing is verified of a slab that falls under its weight; of others the answer is open where a limit is."""
+    code = {"site": Site(), "demand": 0.15}
+    text = words(assessment_html(assess_fully(slab(gravity=(0, -5, -9.81)), directions=4, code=code)))
+    falls = LoadOutcome.DEAD_LOAD_UNSTABLE.value
+    assert f"Code check (linear): not verified Not verified towards +x, +y, -x, -y: {falls}" in text
+    assert "-y - - - - - - - dead load unstable" in text
+    assert "Circolare 21 gennaio 2019" in text[text.index("Sources of the method") :]
+
+    found = assess_fully(slab(), directions=4, code=code).directions
+    for outcome, demand, answer in (
+        (LoadOutcome.UNDECIDED, 0.15, "not verified"),
+        (LoadOutcome.UNBOUNDED, 0.15, "satisfied"),
+        (LoadOutcome.UNDECIDED, 0.38, "not satisfied"),
+    ):
+        limits = [
+            replace(limit, outcome=outcome) if name == "+y" else limit
+            for name, limit in zip(found.names, found.limits, strict=True)
+        ]
+        without = replace(found, limits=tuple(limits))
+        monkeypatch.setattr(assessment, "limit_load_by_direction", lambda *_, without=without, **__: without)
+        text = words(assessment_html(assess_fully(slab(), directions=4, code={**code, "demand": demand})))
+        assert f"Code check (linear): {answer} Least towards -y: ag = {2 * 0.25 / 1.35:.4g} g" in text
+        assert f"Not verified towards +y: {outcome.value}" in text
+        assert f"+y - - - - - - - {outcome.word}" in text
+
+
 def test_ties_are_listed_with_their_forces():
     """A tie of 1 kN at 2 m holds a slab of 19.62 kN that tips about its edge: alpha = .25 + 2 / 19.62."""
     tie = Tie(("ground", "slab <1>"), ((0.5, -4, 2), (0.5, 0, 2)), greatest=1000.0, name="back")
@@ -100,9 +132,38 @@ def test_what_falls_shows_its_mechanism_and_no_forces():
     found = assess_fully(slab(gravity=(0, -5, -9.81)), directions=4)
     text = words(assessment_html(found))
     assert "Force fields alone (associated friction): unstable" in text
-    assert "How the blocks move first under their weight alone." in text
+    assert "How the blocks move first under the weight of the blocks." in text
     assert "Resultants" not in text
     assert "dead load unstable" in text
+
+
+def test_the_picture_of_a_fall_says_what_the_blocks_fall_under():
+    """A slab of 0.5 m by 2 m tips when pushed at its centre by more than 0.25 of its weight."""
+    weight = slab().free_weight
+    push = np.zeros((2, 6))
+    push[1, 1] = 0.3 * weight
+    case = SimpleNamespace(name="wind", words="1 x push", loads=push)
+    for options, acting in (
+        ({"case": case}, "all loads of the case &quot;wind&quot;: 1 x push."),
+        ({"loads": push}, "the weight of the blocks, and further loads."),
+    ):
+        found = assess_fully(slab(), directions=4, **options)
+        assert f"How the blocks move first under {acting}" in words(assessment_html(found))
+    undecided = replace(found, associated=replace(found.associated, outcome=Outcome.UNDECIDED))
+    text = words(assessment_html(undecided))
+    assert "How the blocks might move under the weight of the blocks, and further loads. Nothing is proven" in text
+    assert "move first" not in text.partition("Evidence")[0]
+    still = replace(undecided, associated=replace(undecided.associated, mechanism=np.zeros((2, 6))))
+    assert "might move" not in words(assessment_html(still))
+
+
+def test_both_verdicts_are_undecided_where_only_crushing_an_edge_lets_it_fall():
+    wedge = prism([(1, 1), (2, 0.8), (2, 1.2)], 0.5, name="wedge")
+    blocks = [box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, -1, 0), (1, 1, 2), name="slab"), wedge]
+    law = JointLaw(("*", "*"), compression=5e6)
+    leaning = Assembly.from_blocks(blocks, supports=["ground", "wedge"], joints=[law], gravity=(7, 0, -9.81))
+    found = assess_fully(leaning, directions=4)
+    assert (found.associated.outcome.word, found.coulomb.outcome.word) == ("undecided", "undecided")
 
 
 def test_a_simulation_stands_beside_the_statics():

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from blockstat import InputError, JointLaw, Memory, assess, build, search, with_values, write
-from blockstat.design_search.search import PRUNED, Margin
+from blockstat.design_search.search import PRUNED, FailureTarget, Margin
 from blockstat.design_search.shared_joints import SharedJoints
 from blockstat.spec import parameters, scene_from
 from evidence.scenes.small import HUT, assembly, box
@@ -190,7 +190,11 @@ def test_only_the_named_parameters_move():
     [
         ({"strategy": "magic"}, "strategy is 'magic'; it must be one of: paper, pruned, gradient, pareto"),
         ({"over": "sphere"}, "over is 'sphere'; it must be one of: line, grid"),
-        ({"margin": Margin()}, "margin and snap are for strategies"),
+        ({"margin": Margin()}, "margin is for strategies"),
+        ({"snap": True}, 'snap is for strategies "gradient" and, without a target, "robust"; strategy is "pruned"'),
+        ({"snap": True, "strategy": "pareto"}, 'snap is for strategies .* strategy is "pareto"'),
+        ({"snap": True, "strategy": "robust", "target": FailureTarget(0.1)}, "snap is for .* without a target"),
+        ({"over": "grid", "strategy": "gradient"}, 'over "grid" is for strategies "paper" and "pruned"; .*"gradient"'),
     ],
 )
 def test_a_bad_option_is_named(options, message):

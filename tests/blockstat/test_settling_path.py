@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from blockstat import Assembly, InputError, JointLaw, box, settle, settle_to_collapse
+from blockstat import Assembly, InputError, JointLaw, Tie, box, settle, settle_to_collapse
 from blockstat.studies import settling_path
 from blockstat.studies.settling_path import PathOutcome
 from evidence.scenes.small import assembly
@@ -15,15 +15,16 @@ SINKS = {"right": (0, 0, -1)}
 
 
 def portal(**options):
-    piers = [box((x, 0, 0), (x + 0.5, 1, 2), name=name) for x, name in ((0, "left"), (1.5, "right"))]
-    lintel = box((0, 0, 2), (2, 1, 2.5), name="lintel")
+    piers = [box((x, 0, 0), (x + 0.5, 1, 2), name=name, group=name) for x, name in ((0, "left"), (1.5, "right"))]
+    lintel = box((0, 0, 2), (2, 1, 2.5), name="lintel", group="lintel")
     return Assembly.from_blocks([*piers, lintel], supports=["left", "right"], friction=0.9, **options)
 
 
-def beside_a_wall():
-    """A block on the ground that touches a wall, which is a support of its own."""
-    blocks = [box((-1, -1, -1), (3, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="block")]
-    return assembly([*blocks, box((1, 0, 0), (2, 1, 1), name="wall")], supports=["ground", "wall"], friction=0.6)
+def beside_a_wall(**options):
+    """A block of weight 1 on the ground that touches a wall, which is a support of its own."""
+    blocks = [box((-1, -1, -1), (3, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="block", group="block")]
+    blocks.append(box((1, 0, 0), (2, 1, 1), name="wall", group="wall"))
+    return assembly(blocks, supports=["ground", "wall"], friction=0.6, **options)
 
 
 def test_a_wall_that_leaves_moves_no_block():
@@ -43,6 +44,78 @@ def test_a_wall_that_leaves_may_go_any_way():
     [(pair, width)] = found.cracks()
     assert pair == ("block", "wall")
     assert width == pytest.approx(0.05, rel=1e-6)
+
+
+def beside_a_smooth_wall(*points, **bounds):
+    """The same with a tie from the block to a wall without friction."""
+    ties = [Tie(("block", "wall"), points, **bounds)]
+    return beside_a_wall(ties=ties, joints=[JointLaw(("block", "wall"), friction=0.0)])
+
+
+def test_a_wall_drags_a_block_along_by_a_tie():
+    wall = beside_a_smooth_wall((0.5, 0.5, 0.0), (1.5, 0.5, 0.0))
+    found = settle_to_collapse(wall, {"wall": (1, 0, 0)}, displacement=0.05, steps=3)
+    np.testing.assert_allclose(found.reaction, -0.6, rtol=1e-6)  # friction on the ground
+    np.testing.assert_allclose(found.poses[-1].displacement[1], (0.05, 0, 0), atol=1e-9)
+
+
+@pytest.mark.parametrize("least", [0.0, 0.3], ids=["yields", "constant"])
+def test_a_tie_with_a_given_force_follows_the_wall_to_which_it_is_anchored(least):
+    wall = beside_a_smooth_wall((0.5, 0.5, 0.0), (2.5, 0.5, 1.5), least=least, greatest=0.3)
+    found = settle_to_collapse(wall, {"wall": (1, 0, 0)}, displacement=0.05, steps=3)
+    assert found.displacement[-1] == pytest.approx(0.05)
+    away = 2.0 + found.displacement
+    np.testing.assert_allclose(found.reaction, -0.3 * away / np.hypot(away, 1.5), rtol=1e-6)
+    np.testing.assert_allclose(found.poses[-1].displacement, 0, atol=1e-9)
+
+
+def test_a_tie_that_a_rising_wall_slackens_lifts_the_block_when_it_is_taut_again():
+    """It is shortest where it is level, after .01, and as long as at rest after .02."""
+    wall = beside_a_smooth_wall((0.5, 0.5, 0.05), (1.5, 0.5, 0.04))
+    found = settle_to_collapse(wall, {"wall": (0, 0, 1)}, displacement=0.05, steps=4)
+    assert [(event.kind, round(event.parameter, 8)) for event in found.events] == [("closing", 0.02)]
+    before = found.displacement < 0.0199
+    np.testing.assert_allclose(found.reaction[before], 0, atol=1e-9)
+    assert found.reaction[-1] == pytest.approx(-1.0, rel=1e-6)
+    np.testing.assert_allclose(found.poses[-1].displacement[1], (0, 0, 0.03), atol=1e-7)
+
+
+def test_a_tie_between_two_supports_holds_no_block():
+    points = ((0.5, 0.5, -0.5), (1.5, 0.5, 0.5))
+    ties = [Tie(("ground", "wall"), points, 0.2, greatest) for greatest in (0.2, np.inf)]
+    found = settle_to_collapse(beside_a_wall(ties=ties), {"wall": (1, 0, 0)}, displacement=0.05, steps=3)
+    assert found.outcome is PathOutcome.REACHED
+    np.testing.assert_allclose(found.reaction, 0, atol=1e-9)
+    np.testing.assert_allclose(found.first.foundations[0].reaction, 0, atol=1e-9)
+
+
+def test_the_glue_of_a_block_that_rides_on_its_support_is_no_part_of_the_reaction():
+    # Pushed against the wall by half its weight, it rubs on it as the smooth ground lifts it.
+    glued = beside_a_wall(
+        joints=[JointLaw(("*", "block"), friction=0.0, tension=3.0), JointLaw(("wall", "block"), friction=0.6)]
+    )
+    push = [("block", (0, 0.5, 0.5), (0.5, 0, 0))]
+    found = settle_to_collapse(glued, {"ground": (0, 0, 1)}, displacement=0.05, steps=3, loads=push)
+    np.testing.assert_allclose(found.reaction, -(1 + 0.6 * 0.5), rtol=1e-6)
+
+
+HELD = ("right", "lintel")
+DOWN = ((1.75, 0.5, 1.0), (1.75, 0.5, 2.0))
+
+
+@pytest.mark.parametrize(("options", "held"), [
+    ({"joints": [JointLaw(HELD, tension=1e5)]}, 1e5 / 4 * 0.5 / 1.5),
+    ({"joints": [JointLaw(HELD, bond=2e4, bond_moment=1e4)]}, (2e4 * 0.25 + 1e4) / 1.5),
+    ({"ties": [Tie(HELD, DOWN, greatest=5e3)]}, 5e3 * 0.25 / 1.5),
+    ({"ties": [Tie(HELD, DOWN, 5e3, 5e3)]}, 5e3 * 0.25 / 1.5),
+], ids=["tension", "bond", "yields", "constant"])  # fmt: skip
+def test_what_holds_a_lintel_to_the_pier_that_sinks_resists_from_the_first_moment(options, held):
+    """It turns by 1 / 1.5 about the outer edge of the pier: its joint opens so much half a metre away, inside."""
+    found = settle_to_collapse(portal(**options), SINKS, displacement=0.02, steps=1)
+    reaction = portal().free_weight / 3 - held
+    assert found.first.reaction == pytest.approx(reaction, rel=1e-6)
+    assert found.first.foundations[0].reaction[2] == pytest.approx(-reaction, rel=1e-6)
+    assert found.reaction[0] == pytest.approx(reaction, rel=1e-6)
 
 
 def test_what_has_no_joints_has_no_cracks():

@@ -78,10 +78,8 @@ BAD_TRAIN = "each is a distance behind the first, at least 0, and a force above 
           for t in (0.0, 0.11, nan)),
         *((bad, along(0, 3), {}, BAD_TRAIN)
           for bad in ([], "wheel", [1.0, 2.0, 3.0], [(0, 0)], [(0, -1)], [(-1, 5)], [(0, inf)], [(nan, 1)])),
-        (WHEEL, along(0), {}, "path has shape (1, 3); two or more points of three numbers are needed"),
-        (WHEEL, [(0, 0), (3, 0)], {}, "path has shape (2, 2); two or more points"),
-        (WHEEL, (0, 0, 3), {}, "path has shape (3,); two or more points"),
-        (WHEEL, along(0, nan), {}, "path has shape (2, 3); two or more points"),
+        *((WHEEL, bad, {}, "path: a list of points of three finite numbers is needed, 2 at least")
+          for bad in (along(0), [(0, 0), (3, 0)], (0, 0, 3), along(0, nan), [(0, 0.5, 0), (0.5, 0.5)], "abc")),
         (WHEEL, along(0, 1, 1, 3), {}, "path: two of its points that follow each other are the same"),
         (WHEEL, along(7, 9), {}, "path: no free face of these blocks lies below it"),
     ],

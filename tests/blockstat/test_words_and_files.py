@@ -39,7 +39,7 @@ BREEZE = SimpleNamespace(name="breeze", words="1 x push")
     [(None, "the weight of the blocks"), (BREEZE, "all loads of the case &quot;breeze&quot;: 1 x push")],
 )
 def test_a_report_says_under_which_loads_its_verdicts_are(case, acting):
-    text = assessment._cases(SimpleNamespace(case=case, cases=()))
+    text = assessment._cases(SimpleNamespace(case=case, cases=(), loaded=False))
     assert f"Verdicts and pictures here are those under {acting}. " in text
 
 
@@ -62,6 +62,10 @@ def test_the_page_of_a_search_says_what_there_is_to_say(tmp_path):
     assert "Volume against reserve" in front
     for words in ("Interrupted", "Volume against reserve"):
         assert words not in whole
+    assert "<b>Interrupted before any design stood.</b>" in ended
+    assert "<b>No design stood.</b>" in whole
+    assert "<b>No design that could be judged stood.</b>" in said(found(design("falls"), design("error")))
+    assert "o design stood" not in ended
 
 
 def best():

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from test_sensitivity import tied
 from test_vertex_sensitivity import CASES, fair_motion
 
 from blockstat import InputError, JointLaw, find_interfaces, limit_load, reserve_map, shared_points
@@ -142,3 +143,14 @@ def test_what_slides_hangs_on_its_friction_and_on_no_edge():
     assert found.most("edge") == []
     ((names, derivative),) = found.most("friction")
     assert (names, derivative) == ('"ground" and "cube"', pytest.approx(1.0, rel=1e-6))
+
+
+def test_what_a_tied_pillar_hangs_on():
+    """It tips at b / h + 2 F z / (W h): its edges count 2 / h, and its density by the tie alone."""
+    asm = tied({"width": 0.6, "height": 2.0}, 2000.0)
+    found = reserve_map(limit_load(asm, (1, 0, 0), **SHARP), (1, 0, 0))
+    gain = 2 * 2000.0 * 1.6 / (float(np.linalg.norm(asm.gravity)) * asm.mass[1] * 2.0)
+    assert found.value == pytest.approx(0.3 + gain, rel=1e-6)
+    assert found.edge == pytest.approx([-1.0], rel=1e-6)
+    assert found.friction == pytest.approx([0.0], abs=1e-6)
+    assert found.density * asm.density == pytest.approx([0.0, -gain], rel=1e-6)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from blockstat import InputError, JointLaw, acceleration, assess, build, limit_load, with_values
+from blockstat import InputError, JointLaw, Tie, acceleration, assess, build, limit_load, with_values
 from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient
 from blockstat.spec import scene_from
-from evidence.scenes.small import HUT, arch, running_bond
+from evidence.scenes.small import HUT, arch, assembly, box, running_bond
 
 
 def sideways(assembly):
@@ -111,3 +111,61 @@ def test_stable_designs_have_no_score_to_change_and_unstable_ones_no_limit():
     assert gradient == {"t": 0.0, "r": 0.0, "d": 0.0}
     with pytest.raises(InputError, match="no limit load to differentiate"):
         limit_load_gradient(an_arch, {"t": 0.05, "r": 1.0, "d": 0.5}, sideways)
+
+
+def tied(values, force):
+    """A pillar, and a tie at a height of 1.6 m that pulls it towards -x with up to a force."""
+    width, height = values["width"], values["height"]
+    blocks = [box((-4, -2, -1), (6, 2, 0), name="ground"), box((0, 0, 0), (width, 0.5, height), name="pillar")]
+    tie = Tie(("ground", "pillar"), ((-3, 0.25, 1.6), (0, 0.25, 1.6)), greatest=force)
+    return assembly(blocks, density=1800.0, gravity=(0, 0, -9.81), ties=[tie])
+
+
+def test_a_limit_with_a_tie_changes_as_the_moment_about_the_toe():
+    """The limit is b / h + 2 F z / (W h), W = rho g b d h; one that the tie cannot help is b / h."""
+
+    def make(values):
+        return tied(values, values["force"])
+
+    values = {"width": 0.6, "height": 2.0, "force": 2000.0}
+    weight = 1800.0 * 0.6 * 0.5 * 2.0 * float(np.linalg.norm(make(values).gravity))
+    gain = 2 * 2000.0 * 1.6 / (weight * 2.0)
+    limit, gradient = limit_load_gradient(make, values, sideways)
+    assert limit.lower == pytest.approx(0.3 + gain, rel=1e-6)
+    assert gradient == pytest.approx(
+        {"width": 0.5 - gain / 0.6, "height": -0.15 - gain, "force": gain / 2000.0}, rel=1e-6
+    )
+    limit, gradient = limit_load_gradient(make, values, lambda made: acceleration(made, (-1, 0, 0)))
+    assert limit.lower == pytest.approx(0.3, rel=1e-6)
+    assert gradient == pytest.approx({"width": 0.5, "height": -0.15, "force": 0.0}, abs=1e-6)
+
+
+@pytest.mark.parametrize("pull", [{"least": 5e3, "greatest": 5e3}, {"least": 5e3}, {"greatest": 1e3}])
+def test_a_score_with_ties_changes_as_whole_solves_do(pull):
+    """A tower that a tie with a given or a least force pulls over, or that leans on one which yields."""
+
+    def make(values):
+        width, height = values["width"], values["height"]
+        blocks = [box((-4, -2, -1), (6, 2, 0), name="ground")]
+        blocks += [box((0, 0, k * height), (width, 0.5, (k + 1) * height)) for k in range(3)]
+        force = {key: values["share"] * value for key, value in pull.items()}
+        tie = Tie((3, "ground"), ((0, 0.25, 2.5 * height), (-3, 0.3, 0.2)), **force)
+        lean = 0.0 if "least" in pull else 9.0
+        return assembly(blocks, density=1800.0, ties=[tie], gravity=(lean, 0.1, -9.81))
+
+    values = {"width": 0.4, "height": 0.6, "share": 1.0}
+    verdict, gradient = score_gradient(make, values)
+    assert verdict.score > 0.1
+    for name, value in values.items():
+        ends = [assess(make({**values, name: value * (1 + sign * 1e-4)})).score for sign in (1, -1)]
+        assert gradient[name] == pytest.approx((ends[0] - ends[1]) / (2e-4 * value), rel=1e-5)
+        assert gradient[name] != 0
+
+
+def test_a_step_that_adds_a_tie_has_no_derivative():
+    def make(values):
+        made = tied({"width": 0.6, "height": 2.0}, 2000.0)
+        return made.with_(ties=made.ties * (1 + (values["more"] > 1.0)))
+
+    with pytest.raises(InputError, match="a small step changes how many ties there are"):
+        limit_load_gradient(make, {"more": 1.0}, sideways)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_sensitivity import a_hut, a_wall, an_arch
+from test_sensitivity import a_hut, a_wall, an_arch, tied
 
 from blockstat import InputError, JointLaw, acceleration, assess, limit_load
 from blockstat.sensitivity.parameters import stone_sensitivity
@@ -189,3 +189,41 @@ def test_what_has_no_derivative():
             limit_load_by_point(limit_load(mortar, (1, 0, 0)), (1, 0, 0))
     with pytest.raises(InputError, match="the score is infinite"):
         score_by_point(assess(assembly([box((0, 0, 0), (1, 1, 1)), box((5, 0, 0), (6, 1, 1))])))
+
+
+def test_a_pillar_with_a_tie_has_derivatives_by_its_corners_and_its_mass():
+    """The limit is b / h + 2 F z / (W h); the tie stays at its height z where the pillar grows, and W goes with b h."""
+    asm = tied({"width": 0.6, "height": 2.0}, 2000.0)
+    weight = float(np.linalg.norm(asm.gravity)) * asm.mass[1]
+    gain = 2 * 2000.0 * 1.6 / (weight * 2.0)
+    limit = limit_load(asm, (1, 0, 0), optimum=True)
+    found = limit_load_by_point(limit, (1, 0, 0))
+    assert found.value == pytest.approx(0.3 + gain, rel=1e-6)
+    top, right = (np.isclose(found.points[:, axis], end) for axis, end in ((2, 2.0), (0, 0.6)))
+    assert found.along(np.where(top[:, None], [0, 0, 1.0], 0.0)) == pytest.approx(-0.15 - gain, rel=1e-6)
+    assert found.along(np.where(right[:, None], [1.0, 0, 0], 0.0)) == pytest.approx(0.5 - gain / 0.6, rel=1e-6)
+    stone = stone_sensitivity(limit, (1, 0, 0))
+    assert stone == pytest.approx([0.0, -gain / asm.mass[1]], rel=1e-6)
+    with pytest.raises(InputError, match="not that of this load"):
+        stone_sensitivity(limit, (0, 1, 0))
+
+
+def test_a_score_with_a_tie_changes_with_the_corners_as_whole_solves_do():
+    asm = tied({"width": 0.3, "height": 2.0}, 3000.0)
+    asm = asm.with_(ties=[replace(asm.ties[0], points=((-3, 0.25, 1.6), (0.1, 0.25, 1.6)), least=3000.0)])
+    verdict = assess(asm)
+    found = score_by_point(verdict)
+    motion = found.points @ np.random.default_rng(4).normal(size=(3, 3)) / 2
+    ends = [assess(moved(asm, found, sign * 1e-4 * motion)).score for sign in (1, -1)]
+    assert verdict.score > 1
+    assert found.along(motion) == pytest.approx((ends[0] - ends[1]) / 2e-4, rel=1e-5)
+
+
+def test_mass_on_a_block_with_a_bond_at_its_foot():
+    """A bond holds the moment M and, about the toe, F b / 2 as well: the limit is b / h + 2 (M + F b / 2) / (W h)."""
+    law = JointLaw(("*", "*"), bond=500.0, bond_moment=80.0)
+    asm = tied({"width": 0.6, "height": 2.0}, 0.0).with_(joints=[law], ties=[])
+    limit = limit_load(asm, (1, 0, 0), optimum=True)
+    gain = 2 * (80.0 + 500.0 * 0.3) / (float(np.linalg.norm(asm.gravity)) * asm.mass[1] * 2.0)
+    assert limit.lower == pytest.approx(0.3 + gain, rel=1e-6)
+    assert stone_sensitivity(limit, (1, 0, 0)) == pytest.approx([0.0, -gain / asm.mass[1]], rel=1e-6)

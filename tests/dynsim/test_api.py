@@ -131,8 +131,8 @@ def test_an_unknown_setting_is_refused_with_the_settings_there_are():
         (dynsim.run_many, "names, jobs, timeout, progress"),
         (
             dynsim.optimise,
-            "names, settings, jobs, under, conditions, strategy, over, margin, snap, points, imperfections, target, "
-            "gap",
+            "names, settings, jobs, under, conditions, options, strategy, over, margin, snap, points, imperfections, "
+            "target, gap",
         ),
         (dynsim.buttress_loop, "progress"),
         (

@@ -8,8 +8,9 @@ import pytest
 
 from blockstat import InputError, Outcome, assess
 from dynsim import DynamicOutcome, Settings, verify
-from dynsim.comparison.causes import Cause, find_cause, likely_reason, with_coulomb
+from dynsim.comparison.causes import Cause, _tips, agrees, find_cause, likely_reason, with_coulomb
 from dynsim.comparison.compare import compare_one
+from dynsim.comparison.table import Agreement, Comparison
 from evidence.references.dynamics import harmonic
 from evidence.scenes.families import hut
 from evidence.scenes.small import arch, assembly, box, stack
@@ -128,6 +129,25 @@ def test_what_statics_leave_open_has_no_other_cause():
     assert find_cause(open_, open_, dynamic) is Cause.UNDECIDED
     crept = replace(dynamic, outcome=DynamicOutcome.CREEPS)
     assert find_cause(open_, open_, crept) is Cause.CREEPS
+
+
+@pytest.mark.parametrize("dynamic", [DynamicOutcome.STANDS, DynamicOutcome.FALLS])
+def test_what_statics_leave_open_with_coulomb_friction_is_no_limit_and_no_rest_that_they_exclude(dynamic):
+    static, stood = assess(stack(1)), verify(stack(1))
+    open_, seen = replace(static, outcome=Outcome.UNDECIDED), replace(stood, outcome=dynamic)
+    assert find_cause(static, open_, seen) is Cause.UNDECIDED
+    row = Comparison("a", static="stable", coulomb="undecided", agree=agrees(static, seen), agree_coulomb=None)
+    assert row.outcome is (Agreement.OPEN if dynamic is DynamicOutcome.STANDS else Agreement.DIFFER)
+    # A pillar of 1 x 1 m is far from tipping at a push of 2 %: a closer look pushes it and finds no limit either.
+    if dynamic is DynamicOutcome.FALLS:
+        assert find_cause(static, open_, seen, closely=True) is Cause.COARSE_FALL
+
+
+@pytest.mark.parametrize(("width", "tips"), [(0.019, True), (0.021, False)])
+def test_a_push_tells_where_an_open_verdict_is_near_a_limit(width, tips):
+    # 1 m high: it tips at a push of its width.
+    static = assess(stack(1, width, 1.0))
+    assert _tips(static) is _tips(replace(static, outcome=Outcome.UNDECIDED)) is tips
 
 
 @pytest.mark.parametrize(("misfit", "cause"), [(0.11, Cause.OPEN_JOINTS), (0.09, Cause.OPEN_FALL)])

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -48,6 +49,13 @@ def test_disagreements_are_a_table(table):
     assert table.disagreements[0].agree_coulomb is True
     differs = Comparison(name="a stand on self-stress", agree=True, agree_coulomb=False)
     assert list(Comparisons((differs,)).disagreements) == [differs]
+
+
+def test_a_row_agrees_where_both_static_verdicts_agree():
+    half = Comparison("open", static="stable", coulomb="undecided", dynamic="stands", agree=True, agree_coulomb=None)
+    assert half.explain().splitlines()[0] == "open: Statics or Bullet do not decide."
+    html = Comparisons((half, replace(half, coulomb="stable", agree_coulomb=True)))._repr_html_()
+    assert html.count(">yes</td>") == 1
 
 
 def test_csv_and_json_hold_the_same(table, tmp_path):

@@ -1,6 +1,8 @@
 """What the commands of `dynsim` refuse, say in words and write."""
 
+import json
 import re
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +19,7 @@ from dynsim.cli.commands import app
 from dynsim.cli.rows import side_by_side
 from dynsim.earthquake.analysis import IncrementalAnalysis
 from dynsim.view.film import write_movie
-from pool_tasks import warned
+from pool_tasks import refused, warned
 
 WIDTH, HEIGHT = 0.5, 1.0  #: the pillar tips at a horizontal acceleration of WIDTH / HEIGHT
 WEIGHT = 2400 * WIDTH**2 * HEIGHT * 9.81  #: [N]
@@ -77,6 +79,8 @@ def record(tmp_path):
         (["limit", "{file}", "--case", "calm", "--loads", "{loads}"], 'case "calm" has no live loads'),
         (["shake", "{file}"], "one of --record, --pulse and --ramp is needed; given: none"),
         (["shake", "{file}", "--pulse", "1,0,0,1", "--ramp", "1,0,0,1"], "is needed; given: --pulse, --ramp"),
+        (["shake", "{file}", "--pulse", "1,0,0,1", "--scale", "9.81"], "--scale and --direction go with --record"),
+        (["shake", "{file}", "--ramp", "1,0,0,1", "--direction", "0,1,0"], "--scale and --direction go with --record"),
         (["shake", "{file}", "--ramp", "1,0,0"], '--ramp is "1,0,0"; it must read AX,AY,AZ,SECONDS'),
         (["sequence", "{plan}"], "plan.json: names no assembly; write `dynsim sequence ASSEMBLY --plan PLAN.json`"),
     ],
@@ -99,6 +103,17 @@ def test_the_loads_of_a_case_push_in_bullet(run, file, loads, case, verdict):
     head, answer = out.splitlines()[:2]
     assert re.fullmatch(r"assembly: 2 blocks, \d+\.\d s", head)
     assert answer.startswith(verdict)
+
+
+def test_a_case_without_loads_is_the_weight_alone(run, file, tmp_path):
+    cases = tmp_path / "none.toml"
+    cases.write_text("[cases.dead]\nweight = 1.0\n")
+    alone, dead = (
+        json.loads(run("verify", file, "--json", *options)[1])
+        for options in ((), ("--case", "dead", "--loads", cases))
+    )  # fmt: skip
+    assert alone.keys() == dead.keys()
+    assert {key for key in alone if alone[key] != dead[key]} <= {"process_seconds"}
 
 
 def test_a_run_is_named_where_it_was_written_and_only_there(run, file, tmp_path):
@@ -217,6 +232,52 @@ def test_an_interrupted_search_says_how_to_go_on(run, tmp_path, monkeypatch, fin
     assert status == (0 if finished else INTERRUPTED)
 
 
+def test_a_group_that_the_largest_design_has_not_is_refused_before_anything_is_judged(run, tmp_path):
+    (tmp_path / "posts.toml").write_text(SEARCHED)
+    status, out, err = run("optimise", tmp_path / "posts.toml", "-o", tmp_path / "out", "--group", "roof", "--jobs", 1)
+    assert (status, out) == (2, "")
+    assert 'no group "roof"; groups are: ' in err
+    assert not (tmp_path / "out" / "history.csv").exists()
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_a_search_in_which_every_simulation_fails_has_no_answer(run, tmp_path, monkeypatch, as_json):
+    (tmp_path / "posts.toml").write_text(SEARCHED)
+    monkeypatch.setattr("dynsim.design_search.optimise.verify", refused)
+    options = ["-o", tmp_path / "out", "--jobs", 1, *(["--json"] if as_json else [])]
+    status, out, err = run("optimise", tmp_path / "posts.toml", *options)
+    assert status == 2
+    assert err.endswith("dynsim: no design that could be judged stood\n")
+    assert "No design that could be judged stood." in (tmp_path / "out" / "report.html").read_text()
+    if as_json:
+        assert json.loads(out)["outcome"] == "failed"
+    else:
+        assert "the engine is out of order" in out.splitlines()[0]
+        assert out.splitlines()[1] == "best: no design that could be judged stood"
+
+
+def test_the_report_of_a_search_states_what_was_asked_and_shows_the_worst_case(run, tmp_path, monkeypatch):
+    """At the foot of a post 1 m high that leans by 7 degrees the resultant is tan 7 / 2 = 0.061 m off the middle."""
+    scene = tmp_path / "post.toml"
+    scene.write_text('name = "post"\n[parameters]\nt = { value = 0.5, min = 0.3, max = 0.5, step = 0.1 }\n')
+    with scene.open("a") as file:
+        file.write('[elements.post]\nkind = "box"\nsize = ["= t", 1.0, 1.0]\n')
+    titles = []
+    monkeypatch.setattr("matplotlib.axes.Axes.set_title", lambda _, text, **__: titles.append(text))
+    given = ["--imperfection", "edge=100 mm", "--tilt", "y,7", "--threshold", 0.05, "--preset", "fast"]
+    status, out, _ = run("optimise", scene, "-o", tmp_path / "out", "--jobs", 1, *given)
+    # A foot of 0.3 m that loses 0.1 m at each edge ends 0.05 m off its middle, and one of 0.4 m 0.1 m.
+    assert status == 0
+    assert "best: parameters.t = 0.4" in out
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Judged with tilt y,7." in page
+    asked = "strategy pruned, over line, imperfection edge=100 mm, threshold 0.05, preset fast"
+    assert f"Searched with {asked}." in page
+    # As drawn, that of 0.3 m stands.
+    assert "(parameters.t 0.3) would move first, in the worst case of the imperfections: joints lose 100 mm" in page
+    assert "post: unstable, first motion exaggerated" in titles
+
+
 def test_a_warning_of_one_of_several_files_names_the_file(file):
     with pytest.warns(InputWarning, match=r"pillar\.json: rough joints"):
         rows = side_by_side([file], lambda _: "rough joints", warned, 1, None)
@@ -248,6 +309,18 @@ def test_a_place_that_no_run_is_written_to_is_refused_before_the_run(run, tmp_pa
     status, out, err = run("sequence", file, "--plan", tmp_path / "plan.json", "-o", tmp_path / "run.txt")
     assert (status, out, begun) == (2, "", [])
     assert "run.txt: " in err
+
+
+def test_what_cannot_be_written_is_refused_before_it_is_made(run, file, tmp_path, monkeypatch):
+    status, out, err = run("compare", tmp_path / "none.json", "-o", tmp_path / "gone" / "rows.csv")
+    assert (status, out) == (2, "")
+    assert "rows.csv: no such directory: " in err
+    begun = []
+    monkeypatch.setattr("dynsim.judge.verify.verify", lambda *_, **__: begun.append("run"))
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)  # as where it is not installed
+    status, out, err = run("verify", file, "-o", tmp_path / "run.mp4")
+    assert (status, out, begun) == (2, "", [])
+    assert "pip install imageio-ffmpeg" in err
 
 
 @pytest.fixture(scope="module")

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, box
-from dynsim import Removal, past_verdict, verify, write_run
+from blockstat import Assembly, InputError, box, write
+from dynsim import Removal, past_verdict, read_run, verify, write_run
+from dynsim.cli.commands import app
 
 
 @pytest.fixture(scope="module")
@@ -75,3 +76,21 @@ def test_what_falls_past_its_supports_comes_to_lie_on_a_floor(leaning):
     # The ground is 1 m deep, and the floor lies below it by the threshold.
     assert low == pytest.approx(-1.0 - leaning.brick_threshold - leaning.settling, abs=0.01)
     assert film.kinetic[-1] < 1e-3 * film.kinetic.max()
+
+
+def test_the_film_of_a_verdict_is_of_its_joints(tmp_path):
+    """Over a slit of 6 mm a pillar that no joint holds falls through the slit; one with a joint has it closed."""
+    slit, fall = 6e-3, {}
+    blocks = [box((-1, -1, -1), (0.2, 2, 0), name="ground"), box((0, 0, slit), (0.5, 0.5, 2), name="pillar")]
+    pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    file = write(pillar, tmp_path / "pillar.json")
+    for gap in (1e-3, 1e-2):
+        verdict = verify(pillar, gap=gap)
+        arguments = ["verify", file, "--gap", gap, "--film", 0.1, "-o", tmp_path / "run.npz"]
+        app(list(map(str, arguments)), standalone_mode=False)
+        film, known = read_run(tmp_path / "run.npz"), len(verdict.run.times)
+        assert len(film.times) > known
+        np.testing.assert_array_equal(film.displacement[:known], verdict.run.displacement.astype(np.float32))
+        fall[gap] = -verdict.run.displacement[0, 1, 2]  # while settling
+    assert fall[1e-3] == pytest.approx(slit, rel=0.1)
+    assert fall[1e-2] < slit / 10

@@ -137,6 +137,23 @@ def test_units_change_nothing(unit):
     np.testing.assert_allclose(np.array(other.median_interval) / unit, one.median_interval, rtol=1e-5)
 
 
+@pytest.mark.parametrize(("top", "has_fit"), [(0.4, False), (0.39, True)])
+def test_brackets_have_a_dispersion_where_they_share_no_intensity(top, has_fit):
+    # Two records fall below .4 or .39 and one above .4; the best likelihood at each dispersion, over a grid of medians.
+    low, high = np.log([0.3, 0.4, 0.3]), np.log([top, 0.5, top])
+
+    def best(spread):
+        mean = np.linspace(np.log(0.35), np.log(0.45), 2001)[:, None]
+        return (norm.cdf((high - mean) / spread) - norm.cdf((low - mean) / spread)).prod(axis=1).max()
+
+    spreads = (0.03, 0.05, 0.1, 0.2)
+    likelihood = [best(spread) for spread in spreads]
+    assert spreads[np.argmax(likelihood)] == (0.1 if has_fit else 0.03)
+    assert max(likelihood) < 4 / 27  # as if two in three fell at one intensity: no dispersion reaches it
+    if has_fit:
+        assert 0.05 < fit_fragility(np.exp(low), np.exp(high)).dispersion < 0.2
+
+
 @pytest.mark.parametrize(
     ("low", "high", "options", "words"),
     [
@@ -148,6 +165,7 @@ def test_units_change_nothing(unit):
         ([0.1, 1.0, 1.0], [0.2, np.inf, np.inf], {}, "1 of 3 records fell a block; two are needed"),
         ([0.0, 0.0, 1.0], [0.2, 0.3, np.inf], {}, "one of them must be known to stand"),
         ([0.30, 0.31, 0.32], [0.34, 0.33, 0.35], {}, r"may fall between 0\.32 and 0\.33, so a dispersion cannot"),
+        ([0.3, 0.4, 0.3], [0.4, 0.5, 0.4], {}, r"all records may fall at 0\.4, so a dispersion cannot be found"),
         ([0.1, 0.2, 0.3], [0.2, 0.3, 0.4], {"confidence": 1.0}, "confidence is 1.0; it must be between 0 and 1"),
         ([0.1, 0.2, 0.3], [0.2, 0.3, 0.4], {"sure": 0.9}, 'unknown option "sure"; options are: confidence'),
     ],

@@ -11,13 +11,27 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from blockstat import Assembly, Block, InputError, JointLaw, Outcome, Plan, Step, assess, find_interfaces
-from dynsim import Constant, DynamicOutcome, Pulse, Removal, Settings, Tilt, limit, sequence, simulate, verify
+from dynsim import (
+    Constant,
+    DynamicOutcome,
+    Pulse,
+    Removal,
+    Settings,
+    Settlement,
+    Tilt,
+    limit,
+    sequence,
+    simulate,
+    verify,
+)
+from dynsim.bonds.glue import weakened
 from dynsim.engine.world import World
 from dynsim.judge import verify as judging
 from dynsim.judge.closing import _openings, _refusal, closed_scene
 from dynsim.judge.cracks import find_cracks
 from dynsim.judge.criteria import angles, courses, default_threshold, drops, group_box_centre, rate
-from dynsim.judge.limit import LimitOutcome, _Search
+from dynsim.judge.limit import LimitOutcome, Trial, _Search
+from dynsim.judge.limit import _warnings as limit_warnings
 from dynsim.judge.rest import RestDetection, last_change, stays, threshold_under, trend
 from dynsim.judge.run import Contacts, height_of
 from dynsim.judge.stages import chain, stages
@@ -181,6 +195,10 @@ def test_loads_change_for_the_last_time_when_the_last_of_them_ends():
     assert threshold_under(asm, []) == threshold_under(asm, [push]) == default_threshold(asm)
     sizes = np.median(asm.size[1:])
     assert threshold_under(asm, [Removal("b0")]) == pytest.approx(sizes)
+    way = Settlement("ground", [(0.03, 0, 0), (0.03, 0.04, 0)], 0.1)
+    assert threshold_under(asm, [way]) == pytest.approx(sizes + 0.05)
+    assert threshold_under(asm, [way, way], 0.01) == pytest.approx(0.11)
+    assert threshold_under(asm, [Removal("b0")], 0.01) == threshold_under(asm, [], 0.01) == 0.01
 
 
 def test_runs_follow_from_the_settings_and_the_longest_chain():
@@ -457,13 +475,50 @@ def test_blocks_that_do_not_settle_begin_where_they_were_built():
     assert np.abs(run.displacement[-1]).max() > 1e-9
 
 
-def test_weaker_glue_is_tried_under_the_weight_alone():
+def test_weaker_glue_is_tried_where_no_load_changes():
     law = JointLaw(("*", "*"), bond=1e3)  # a thousand times the weight
     asm = assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="block")], supports=["ground"], joints=[law])
-    plain = verify(asm, settings=Settings(end=0.5))
-    pushed = verify(asm, settings=Settings(end=0.5), loads=[Constant((0.5, 0, 0))])
-    assert (plain.outcome, pushed.outcome) == (DynamicOutcome.STANDS, DynamicOutcome.STANDS)
-    assert (WEAKER in plain.warnings, WEAKER in pushed.warnings) == (True, False)
+    for loads, weaker in (([], True), ([Constant((0.5, 0, 0))], True), ([Tilt((0, 1, 0), 1.0, rate=9.0)], False)):
+        found = verify(asm, settings=Settings(end=0.5), loads=loads)
+        assert (found.outcome, WEAKER in found.warnings) == (DynamicOutcome.STANDS, weaker)
+
+
+def test_weaker_glue_holds_the_weight_and_the_loads():
+    # A cube of 1 N: pushed by 3 N and turned by 2 N m, which at its size of 1 m count as 2 N.
+    glued = JointLaw(("*", "*"), bond=1e9)
+    asm = assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="block")], supports=["ground"], joints=[glued])
+    wrench = np.array([[9.0] * 6, [0, 0, 3.0, 0, 2.0, 0]])  # what acts on a support counts for nothing
+    for loads, most in (([], 1), ([Constant((0, 0, 3.0))], 4), ([Constant(wrench)], 6), ([Constant(wrench)] * 2, 11)):
+        (law,) = weakened(asm, find_interfaces(asm), loads).joints
+        assert law.bond == pytest.approx(most)
+
+
+def test_glue_far_stronger_than_loads_ask_for_stands_under_them():
+    """Two cubes of 3.3 kN each, that a push of .5 W would tip if they were dry, and a push that is next to none."""
+    cubes = [box((0, 0, 0), (0.5, 0.5, 0.5)), box((0, 0, 0.5), (0.5, 0.5, 1))]
+    asm = assembly([GROUND, *cubes], gravity=(0, 0, -9.81), density=2690.0, joints=[JointLaw(("*", "*"), bond=1e9)])
+    for push in (1e-6, 6.0):
+        found = verify(asm, loads=[Constant((push, 0, 0))])
+        assert found.outcome is DynamicOutcome.STANDS
+        assert found.settling < 1e-3
+
+
+def test_a_search_ends_where_all_multiples_of_a_load_move_the_blocks():
+    asm, joints = foot(1.0)
+
+    class Fragile(_Search):
+        def stands(self, multiplier):
+            self.trials.append(Trial(multiplier, "falls" if multiplier else "stands", 0.0, 1.0, 1.0))
+            return not multiplier
+
+    for guess in (0.5, None):
+        search = Fragile(asm, np.array([1.0, 0, 0]), (), None, joints, 0.1, None, unbounded=False)
+        outcome, low, high = search.bracket(guess)
+        first = max(trial.multiplier for trial in search.trials)
+        assert (outcome, low) == (LimitOutcome.LIMIT, 0.0)
+        assert 1e-7 * first < high <= 1e-6 * first
+        (text,) = limit_warnings(search.trials, low, high)
+        assert text == f"it moved down to a multiplier of {high:.5g}; smaller ones above 0 were not tried"
 
 
 def test_glued_blocks_settle_for_a_tenth_of_a_second_more(monkeypatch):
@@ -730,6 +785,10 @@ def test_a_limit_says_what_it_rests_on():
     below = replace(found, static=(-np.inf, -np.inf), upper=np.inf)
     assert below.ratio is None
     assert "By statics it falls without the load, too." in below.explain()
+    undecided = replace(found, static=(-np.inf, np.inf)).explain()
+    assert "Statics do not decide." in undecided
+    assert "it falls without the load" not in undecided
+    assert "Static bracket: -inf to 0.5." in replace(found, static=(-np.inf, 0.5)).explain()
     assert replace(found, outcome=LimitOutcome.UNBOUNDED).explain().count("Bullet / static") == 0
     for result, name in ((found, "lower"), (found.trials[0], "multiplier")):
         with pytest.raises(FrozenInstanceError):
@@ -1063,7 +1122,10 @@ def test_a_scene_that_was_changed_says_by_how_much():
 
 
 def staged(first, check, fine="creeps", **options):
-    """The verdict where runs fall at given times, in seconds, and how many runs it took; None is a stand."""
+    """The verdict where runs fall at given times, in seconds, and how many runs it took; None is a stand.
+
+    "group" is a fall of the group by Eq. 1 alone, which has no time.
+    """
     made = driven({})
     asked = Settings(**{"time_step": 1e-3, "quick_step": 2e-3, "fine_step": 5e-4, **options})
     steps = []
@@ -1071,8 +1133,8 @@ def staged(first, check, fine="creeps", **options):
     def evaluate(settings, spent=0.0):
         steps.append(settings)
         falls = {1e-3: first, 2e-3: check, 5e-4: fine}[settings.time_step]
-        own = DynamicOutcome.STANDS if falls is None else DynamicOutcome.FALLS
-        own, falls = (DynamicOutcome.CREEPS, None) if falls == "creeps" else (own, falls)
+        own = {None: DynamicOutcome.STANDS, "creeps": DynamicOutcome.CREEPS}.get(falls, DynamicOutcome.FALLS)
+        falls = falls if isinstance(falls, float) else None
         run = replace(made.run, process_seconds=spent + 1.0)
         return replace(made, outcome=own, first_time=None if falls is None else falls / run.pace, run=run)
 
@@ -1091,6 +1153,17 @@ def test_a_fall_is_believed_where_a_coarser_run_falls_within_thirty_percent_of_i
     assert [settings.time_step for settings in steps] == [1e-3, 2e-3] + [5e-4] * (not same)
     assert steps[1].end == pytest.approx(1.3 * first)  # what falls later than that does not count
     assert found.process_seconds == len(steps)
+
+
+@pytest.mark.parametrize(
+    ("first", "check", "same"),
+    [("group", "group", True), ("group", None, False), ("group", "creeps", False), ("group", 1.0, False),
+     (1.0, "group", False)],
+)  # fmt: skip
+def test_a_fall_of_the_group_is_believed_where_the_coarser_run_sees_one_too(first, check, same):
+    found, steps = staged(first, check, fine=None)
+    assert found.outcome is (DynamicOutcome.FALLS if same else DynamicOutcome.STANDS)
+    assert len(steps) == 3 - same
 
 
 def test_stands_and_clear_falls_take_one_run():

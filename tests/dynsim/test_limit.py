@@ -79,6 +79,18 @@ def test_verdicts_that_change_more_than_once_are_told():
     assert _warnings(trials[1:3], 0.9, 1.0) == ()
 
 
+def test_where_statics_carry_without_bound_a_creep_is_told_as_carried():
+    trials = [Trial(m, v, 0.0, 1.0, 1.0) for m, v in ((0.0, "stands"), (8.0, "creeps"), (16.0, "falls"))]
+    (text,) = _warnings(trials, 8.0, 16.0, unbounded=True)
+    assert text == (
+        "some runs neither stood nor fell (creeps); they count as carried, as statics carry the load without bound"
+    )
+    above = _warnings([*trials, Trial(17.0, "creeps", 0.0, 1.0, 1.0)], 8.0, 16.0, unbounded=True)
+    assert above[0] == "not one limit: it stood or crept at 17 too, above the bracket"
+    below = _warnings([*trials, Trial(7.0, "falls", 0.0, 1.0, 1.0)], 8.0, 16.0, unbounded=True)
+    assert below[0] == "not one limit: it moved at 7 too, below the bracket"
+
+
 def test_bad_questions():
     with pytest.raises(InputError, match="width is 2"):
         limit(stack(1), (1, 0, 0), width=2)

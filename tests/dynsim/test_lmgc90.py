@@ -6,12 +6,13 @@ Everything but the messages needs the package compas_lmgc90 and is skipped witho
 import importlib.util
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from blockstat import Assembly, Block, InputError, JointLaw, box, write
+from blockstat import Assembly, Block, InputError, JointLaw, box, find_interfaces, write
 from dynsim import Comparison, Comparisons, Removal, Settings, compare, simulate, verify
 from dynsim.cli.commands import app
 from dynsim.engine import lmgc90
@@ -166,6 +167,10 @@ def test_scenes_that_it_does_not_take_are_named_before_it_starts(monkeypatch):
         with pytest.raises(InputError, match=message):
             lmgc90._check_scene(scene, actions)
     lmgc90._check_scene(slab(0), [])
+    joints = find_interfaces(slab(0))
+    lmgc90._check_scene(slab(0), [], replace(joints, friction=np.array([0.5])))  # that of the assembly
+    with pytest.raises(InputError, match='their own friction need the engine "bullet"'):
+        lmgc90._check_scene(slab(0), [], replace(joints, friction=np.array([0.1])))
     monkeypatch.setattr(lmgc90, "MOST_BLOCKS", 1)
     with pytest.raises(InputError, match="has 2 blocks; LMGC90 takes 1 at most"):
         lmgc90._check_scene(slab(0), [])

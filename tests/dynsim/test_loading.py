@@ -155,6 +155,29 @@ def test_a_block_rides_on_a_support_that_moves():
     np.testing.assert_allclose(verdict.displacement[1], path[-1], atol=1e-3)
 
 
+def test_settlements_of_one_support_add_up():
+    # Two at right angles are one along their sum; one that begins later goes on from where the first has ended.
+    asm = stack(1, 1.0, 0.5, gravity=DOWN)
+    across, along = Settlement("ground", (0.03, 0, 0), 0.03), Settlement("ground", (0, 0.04, 0), 0.04)
+    both, one = (verify(asm, loads=loads) for loads in ([across, along], Settlement("ground", (0.03, 0.04, 0), 0.05)))
+    np.testing.assert_allclose(both.run.displacement, one.run.displacement, atol=1e-6)
+    later = Settlement("ground", (0.03, 0, 0), 0.03, start=1.5)
+    verdict = verify(asm, loads=[later, across])
+    np.testing.assert_allclose(verdict.run.displacement[-1, 0], [0.06, 0, 0], atol=1e-9)
+    np.testing.assert_allclose(verdict.displacement[1], [0.06, 0, 0], atol=1e-3)
+
+
+def test_what_a_support_carries_has_not_fallen_by_a_threshold_that_is_given():
+    asm, ten = stack(1, 1.0, 0.5, gravity=DOWN), Settings(brick_threshold=0.01, roof_threshold=0.01)
+    ridden = verify(asm, loads=[Settlement("ground", (0, 0, -0.02), 0.02)], settings=ten)
+    assert ridden.outcome is STANDS
+    assert ridden.max_drop == pytest.approx(0.02, abs=1e-3)
+    assert (ridden.brick_threshold, ridden.roof_threshold) == pytest.approx((0.03, 0.03))
+    # Without the way of a support a slide of 28 mm, v^2 / (2 mu g), is one beyond the same threshold.
+    slid = verify(slider(0.4), loads=[Push("slab", velocity=(0.47, 0, 0))], settings=ten)
+    assert (slid.outcome, slid.brick_threshold) == (FALLS, 0.01)
+
+
 def test_an_arch_without_its_keystone_falls():
     asm = arch(15, 0.15, gravity=DOWN)
     verdict = verify(asm, loads=[Removal("voussoir7", 0.2)])

@@ -12,11 +12,11 @@ import time
 import pytest
 
 from blockstat import InputError, Memory, assess, search
-from blockstat.design_search.candidate import Candidate
+from blockstat.design_search.candidate import Candidate, SearchResult
 from blockstat.spec import scene_from
 from dynsim import Settings, verify
 from dynsim.comparison.causes import likely_reason
-from dynsim.design_search.optimise import optimise, shown_search
+from dynsim.design_search.optimise import _moved, optimise, shown_search
 
 FAST = Settings.named("fast")
 
@@ -168,3 +168,21 @@ def test_on_a_terminal_a_search_is_a_bar_with_the_last_design(monkeypatch, capsy
     assert "0.2 7: stable / stands" in text.err
     assert "2/7" in re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text.err)
     assert text.out == ""
+
+
+@pytest.mark.parametrize(
+    ("dynamic", "said"),
+    [
+        ("falls", "The design with parameters.t 0.4 moved in Bullet though statics allow it."),
+        ("creeps", "The design with parameters.t 0.4 was still moving, slowly, at the end of the run in Bullet"),
+        ("stands", "The design with parameters.t 0.5 stands in Bullet."),
+    ],
+)
+def test_a_picture_of_what_moved_is_of_a_design_that_statics_allow(tmp_path, dynamic, said):
+    post = {"kind": "box", "size": ["= t", 0.5, 1.0]}
+    scene = scene_from({"name": "post", "parameters": {"t": between(0.3, 0.5, 0.1)}, "elements": {"post": post}})
+    rows = [(0.5, "stable", "stands"), (0.4, "stable", dynamic), (0.3, "unstable", "falls"), (0.2, "error", "falls")]
+    history = [Candidate({"parameters.t": t}, static, 0.0, moved, t / 2, 2, 0.0, 0.0) for t, static, moved in rows]
+    result = SearchResult(scene, scene, {"parameters.t": 0.5}, tuple(history))
+    [figure] = _moved(result, tmp_path, FAST, lambda assembly: assembly, 0.01)
+    assert figure.caption.startswith(said)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from blockstat import Plan, Prop, Step, assess_plan, find_order, write, write_plan
+from blockstat import Assembly, Plan, Prop, Step, Tie, assess, assess_plan, box, find_order, write, write_plan
 from blockstat.errors import InputError
 from building_sites import arch, tee
-from dynsim import DynamicOutcome, Settings, World, read_run, sequence, write_run
+from dynsim import DynamicOutcome, Settings, World, read_run, sequence, verify, write_run
 from dynsim.bonds.props import PropForces
 from dynsim.cli.commands import app
 from dynsim.comparison.steps import compare_steps
@@ -114,6 +114,17 @@ def test_the_command_compares_each_step_with_statics(tmp_path):
 def test_a_plan_that_cannot_be_carried_out_is_refused_with_the_step():
     with pytest.raises(InputError, match='step 1: block "base" is put in, but stands since step 0'):
         sequence(tee(), Plan((Step(("base",)), Step(("base",)), Step(("left", "right", "top")))))
+
+
+def test_a_plan_with_ties_is_refused_as_by_the_statics():
+    """A pillar whose centroid is .15 beyond the edge hangs on a tie, which a plan would leave out."""
+    blocks = [box((-2, 0, -1), (0, 1, 0), name="ground"), box((-0.2, 0, 0), (0.5, 1, 1), name="pillar")]
+    tie = Tie(("ground", "pillar"), ((-2, 0.5, 0), (-0.2, 0.5, 1)))
+    tied = Assembly.from_blocks(blocks, supports=["ground"], friction=0.7, ties=[tie], name="tied")
+    assert (assess(tied).outcome.word, verify(tied).outcome.word) == ("stable", "stands")
+    for judge in (sequence, assess_plan):
+        with pytest.raises(InputError, match='"tied" has ties; sequences are judged without ties'):
+            judge(tied, Plan((Step(("pillar",)),)))
 
 
 def test_a_fall_that_statics_allow_is_asked_at_other_tightnesses_and_on_props_not_at_all():

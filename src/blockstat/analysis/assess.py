@@ -19,6 +19,7 @@ from blockstat.certificate.check import Certificate, check
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import check_choice, known_options
 from blockstat.imperfection.imperfections import Imperfections
+from blockstat.loads import Loads
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.answer import Answer
 from blockstat.solve.cvxpy import solve_on_paper
@@ -41,7 +42,7 @@ def assess(
     *,
     friction: float | None = None,
     gravity: Any = None,
-    loads: Floats | None = None,
+    loads: Loads | None = None,
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
@@ -65,7 +66,8 @@ def assess(
     gravity
         Replaces its vector, shape (3,) [m/s2].
     loads
-        Further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
+        Further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m]. Those of a load case are its
+        `weighted_loads` where densities are imperfect: its factor on the weight is then that of the densities judged.
     gap
         Tolerance of the joint search: a share of the block size, or a length such as "2 mm".
     interfaces
@@ -127,7 +129,7 @@ def assess(
     return judged(problem, loads=loads, memory=memory, **options)
 
 
-def _worst(problem: Problem, loads: Floats | None, imperfections: Imperfections, options: dict[str, Any]) -> Verdict:
+def _worst(problem: Problem, loads: Loads | None, imperfections: Imperfections, options: dict[str, Any]) -> Verdict:
     """The first case that does not stand, or else the one whose forces have the least slack."""
     verdicts = []
     for case in cases_of(problem, loads, imperfections):
@@ -143,7 +145,7 @@ def _worst(problem: Problem, loads: Floats | None, imperfections: Imperfections,
 def judged(
     problem: Problem,
     *,
-    loads: Floats | None = None,
+    loads: Loads | None = None,
     solver: str = "auto",
     flow: str = "associated",
     tightnesses: int = 0,
@@ -276,7 +278,7 @@ def _solved(
     return answer, checked
 
 
-def _with_reserve(problem: Problem, verdict: Verdict, checked: Answer, loads: Floats | None, solver: str) -> Verdict:
+def _with_reserve(problem: Problem, verdict: Verdict, checked: Answer, loads: Loads | None, solver: str) -> Verdict:
     """A stable verdict with what it has no reserve against, and the slivers that it rests on."""
     neutral = neutral_blocks(problem, checked, solver=solver)
     warnings = neutral_warning(problem, neutral)

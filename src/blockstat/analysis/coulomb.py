@@ -355,7 +355,8 @@ def multiplier_brackets(
     solver
         One of `blockstat.solve.dispatch.CHOICES`.
     progress
-        Told the number of the trial, from 0 for each kind, and the bracket of the kind until then.
+        Told the number of the trial, from 0 for each kind, and the bracket of the kind until then. With it a
+        KeyboardInterrupt keeps what is known; without it, it is raised.
 
     Returns
     -------
@@ -373,6 +374,8 @@ def multiplier_brackets(
                 if progress is not None:
                     progress(trial, *bracket)
     except KeyboardInterrupt:
+        if progress is None:
+            raise
         return tuple(brackets), True
     return tuple(brackets), False
 

@@ -22,7 +22,7 @@ from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, is_closed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.imperfection.imperfections import Imperfections
-from blockstat.loads import as_load
+from blockstat.loads import Loads, as_load
 from blockstat.program.bonds import Bonds
 from blockstat.program.conic import ConicProgram, conic_program
 from blockstat.program.penalty import PenaltyProgram
@@ -200,7 +200,7 @@ def limit_load(
     *,
     friction: float | None = None,
     gravity: Any = None,
-    loads: Floats | None = None,
+    loads: Loads | None = None,
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
@@ -228,7 +228,8 @@ def limit_load(
     gravity
         Replaces its vector, shape (3,) [m/s2].
     loads
-        Further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m], which does not grow.
+        Further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m], which does not grow; of a load
+        case with imperfect densities its `weighted_permanent`, or its `weighted_loads`, as in `blockstat.assess`.
     gap
         Tolerance of the joint search: a share of the block size, or a length such as "2 mm".
     interfaces
@@ -249,8 +250,9 @@ def limit_load(
         differences.
     progress
         Told the iteration, the multiplier reached (not yet proven) and the proven upper bound, above 500 unknowns.
-        With flow="coulomb" then, for each kind of joints from 0 on, the trial and the bracket until then. A
-        KeyboardInterrupt ends the solve, and the outcome is "stopped" with the brackets until then.
+        With flow="coulomb" then, for each kind of joints from 0 on, the trial and the bracket until then. With it a
+        KeyboardInterrupt ends the solve, and the outcome is "stopped" with the brackets until then; without it, and
+        where several cases of `imperfections` are bracketed, it is raised.
 
     Returns
     -------
@@ -284,12 +286,14 @@ def limit_load(
     if not (isinstance(tolerance, (int, float)) and 0 < tolerance <= 0.1):
         raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1 of the limit")
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
+    how: dict[str, Any] = {"optimum": optimum, "progress": progress}
     if imperfections is not None:
-        options: dict[str, Any] = {"gap": gap, "solver": solver, "flow": flow, "tolerance": tolerance}
-        options |= {"optimum": optimum, "progress": progress}
+        options: dict[str, Any] = {"gap": gap, "solver": solver, "flow": flow, "tolerance": tolerance, **how}
         brackets = []
         for case in cases_of(problem, loads, imperfections):
             own = limit_load(case.assembly, load, loads=case.loads, interfaces=case.interfaces, **options)
+            if own.outcome is LoadOutcome.STOPPED:
+                raise KeyboardInterrupt  # of the other cases nothing is known
             brackets.append(replace(own, worst=case.words, warnings=(*problem.warnings, *own.warnings)))
         return min(brackets, key=lambda own: own.lower)
     if not len(problem.assembly.free):
@@ -297,8 +301,7 @@ def limit_load(
     direction = as_load(problem.assembly, load)
     timings = dict(problem.timings)
     with timed(timings, "solve"):
-        solved = _bracket(problem, direction, solver, tolerance, optimum=optimum, progress=progress)
-    outcome, lower, upper, force, twist, iterations = solved
+        outcome, lower, upper, force, twist, iterations = _bracket(problem, direction, solver, tolerance, **how)
     kinds: tuple[tuple[float, float], ...] = ()
     warnings = problem.warnings
     if flow == "coulomb" and outcome is LoadOutcome.LIMIT and lower > 0:
@@ -355,18 +358,16 @@ def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, options: dic
 def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float, **how: Any) -> Found:
     """What is found, with the iterations of the dead load."""
     program, eq = problem.program, problem.eq
+    falls, unknown = (LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf), (LoadOutcome.UNDECIDED, np.inf)
     if program is None or len(problem.floating):
-        moves = free_fall(
-            problem
-        ).any()  # or their loads balance each other: nothing moves them, and nothing holds them
-        word, upper = (LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf) if moves else (LoadOutcome.UNDECIDED, np.inf)
+        # Where the loads of what floats balance each other, nothing moves it, and nothing holds it.
+        word, upper = falls if free_fall(problem).any() else unknown
         return word, -np.inf, upper, np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks), 0
     options = {"solver": solver, "motions": problem.motions}
     dead = decide(program, solve_penalty(program, **options, stands=True), **options)
     outcome = outcome_of(dead.certificate)
     if outcome is not Outcome.STABLE:
-        word = LoadOutcome.DEAD_LOAD_UNSTABLE if outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED
-        upper = -np.inf if outcome is Outcome.UNSTABLE else np.inf
+        word, upper = falls if outcome is Outcome.UNSTABLE else unknown
         return word, -np.inf, upper, dead.force, dead.twist, dead.iterations
     found = bracket(problem, dead.force, direction, solver, tolerance, **how)
     if found[0] is LoadOutcome.UNDECIDED and len(program.load) <= CHEAP:
@@ -476,12 +477,14 @@ def _in_units(progress: Progress | None, unit: float) -> Progress | None:
 
 
 def _solved(conic: ConicProgram, on_the_way: Bracket | None, dead: Floats, solver: str) -> tuple[Answer, bool]:
-    """The answer that closes the bracket on the way, or that of the optimum; and whether the user has stopped it."""
+    """The answer that closes the bracket on the way, or that of the optimum; and whether who watches has stopped it."""
     spent = 0
     if on_the_way is not None and conic.has_structure and pays(conic, solver):
         try:
             answer = interior_point.solve(conic, EarlyEnd(pair=on_the_way.narrow, inside=dead))
         except KeyboardInterrupt:
+            if not on_the_way.watched:
+                raise
             on_the_way.close()
             return no_answer(conic, on_the_way.iterates), True
         if on_the_way.closed or answer.status.is_infeasible:

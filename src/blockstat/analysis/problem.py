@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import process_time
 from typing import TYPE_CHECKING, Any
@@ -22,11 +22,12 @@ from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.imperfection.imperfections import Imperfections, Realisation, realisations
+from blockstat.loads import Loads, WeightedLoads
 from blockstat.program.bonds import KINDS, Bonds, bond_columns, bond_forces, bonded
 from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
-from blockstat.program.ties import check_anchors, tie_columns, tie_wrenches, tied_pairs
+from blockstat.program.ties import check_anchors, given_wrenches, tie_columns, tied_pairs
 from blockstat.result import plain
 from blockstat.surface.distance import smallest_gap
 from blockstat.surface.facets import facets
@@ -54,7 +55,6 @@ class Problem:
     warnings: tuple[str, ...]
     timings: dict[str, float]
     bonds: Ints  #: interfaces with a bond at their centre, whose columns follow the contact points
-    crushed: Interfaces | None = None  #: contacts without area that a joint law lets carry nothing
     #: pairs of blocks that overlap too far to have a joint, shape (n, 2); None: to be looked for when it matters
     overlapping: Ints | None = None
     #: gives the contacts without a unique normal, if they are known already; None: to be looked for when it matters
@@ -140,6 +140,29 @@ class Problem:
             found[self.ties] = force[-len(self.ties) :, 0] * self.program.force_unit
         return found
 
+    def rates_by_supports(self, apart: Floats, motion: Floats) -> Floats:
+        """Return the rates of contact points, bonds and ties by a movement of the supports alone.
+
+        Parameters
+        ----------
+        apart
+            Velocity of block b against block a by that movement at each joint, shape (n_interfaces, 3).
+        motion
+            Of the supports that move whole, which carry the ends of ties, shape (n_blocks, 6); zero elsewhere.
+
+        Returns
+        -------
+        Floats
+            Of the columns of the program, shape (m, 3).
+        """
+        of_joints = [self.interfaces.point_interface[self.eq.points]]
+        of_joints += [np.repeat(self.bonds, KINDS)] if len(self.bonds) else []
+        velocity = [apart[joint] for joint in of_joints]
+        ends = [motion[columns.pair, :3] for columns in self.eq.columns[len(velocity) :]]
+        velocity += [end[:, 1] - end[:, 0] for end in ends]
+        pairs = zip(self.eq.columns, velocity, strict=True)
+        return np.concatenate([np.einsum("nij,nj->ni", columns.force, moved) for columns, moved in pairs])
+
     def adhesion_at_points(self, adhesion: Floats) -> Floats:
         """Return scaled missing adhesion at all contact points.
 
@@ -209,7 +232,7 @@ def pose(
     *,
     friction: float | None,
     gravity: Any,
-    loads: Floats | None,
+    loads: Loads | None,
     gap: float | str,
     interfaces: Interfaces | None,
 ) -> Problem:
@@ -234,15 +257,13 @@ def pose(
     assembly = assembly.with_(**changes) if changes else assembly
     if not assembly.support.any():
         raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
-    load = weight(assembly) + checked_loads(assembly, loads)
-    pairs = tied_pairs(assembly)
-    if assembly.ties:
+    if interfaces is None or not interfaces.moved:
         check_anchors(assembly)
-        given = [tie for tie in assembly.ties if tie.constant]
-        load = load + tie_wrenches(assembly, given, np.array([tie.least for tie in given]))
+    load = weight(assembly) + checked_loads(assembly, loads) + given_wrenches(assembly)
+    pairs = tied_pairs(assembly)
     timings: dict[str, float] = {}
     warnings: list[str] = []
-    crushed = undivided = None
+    undivided = None
     with timed(timings, "interfaces"):
         if interfaces is None:
             check_copies(assembly)
@@ -255,8 +276,10 @@ def pose(
                 undivided, interfaces = interfaces, _divided(assembly, interfaces)
             lost = _crushed(assembly, interfaces)
             if lost.any():
-                crushed, interfaces = interfaces.subset(lost), interfaces.subset(~lost)
-                warnings += _crushed_warnings(assembly, crushed)
+                crushed = (*interfaces.crushed, interfaces.subset(lost))
+                interfaces = replace(interfaces.subset(~lost), crushed=crushed)
+        if interfaces.crushed:
+            warnings += _crushed_warnings(assembly, interfaces.crushed)
     with timed(timings, "equilibrium"):
         held, floating = split_floating(assembly, np.concatenate([interfaces.pair, pairs]))
         touched = np.any(np.isin(interfaces.pair, held), axis=1)
@@ -268,12 +291,12 @@ def pose(
     if assembly.support.all():
         warnings.append("all blocks are supports; there was nothing to check")
     return Problem(
-        assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, crushed, ties=ties,
+        assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, ties=ties,
         undivided=undivided, given=given,
     )  # fmt: skip
 
 
-def cases_of(problem: Problem, loads: Floats | None, imperfections: Imperfections) -> Iterator[Realisation]:
+def cases_of(problem: Problem, loads: Loads | None, imperfections: Imperfections) -> Iterator[Realisation]:
     """Give the cases among which the worst one of some imperfections is.
 
     Parameters
@@ -310,8 +333,8 @@ def _crushed(assembly: Assembly, interfaces: Interfaces) -> np.ndarray:
     return crushed
 
 
-def _crushed_warnings(assembly: Assembly, crushed: Interfaces) -> list[str]:
-    pairs = [" and ".join(f'"{assembly.names[i]}"' for i in pair) for pair in crushed.pair]
+def _crushed_warnings(assembly: Assembly, crushed: tuple[Interfaces, ...]) -> list[str]:
+    pairs = [" and ".join(f'"{assembly.names[i]}"' for i in pair) for faces in crushed for pair in faces.pair]
     more = f"; and {len(pairs) - 3} more" if len(pairs) > 3 else ""
     what = "contacts without area carry nothing under a joint law with compressive strength"
     return [f"{what}: {'; '.join(pairs[:3])}{more}"]
@@ -364,11 +387,12 @@ def crushes(problem: Problem, mechanism: Floats) -> bool:
     bool
         True where such a contact closes.
     """
-    if problem.crushed is None:
-        return False
-    k = problem.crushed.point_interface
-    a, b = (point_velocity(problem.assembly, mechanism, s, problem.crushed.point) for s in problem.crushed.pair[k].T)
-    return bool((np.einsum("ij,ij->i", problem.crushed.frame[k, 0], b - a) < -CLOSING).any())
+    for faces in problem.interfaces.crushed:
+        k = faces.point_interface
+        a, b = (point_velocity(problem.assembly, mechanism, side, faces.point) for side in faces.pair[k].T)
+        if (np.einsum("ij,ij->i", faces.frame[k, 0], b - a) < -CLOSING).any():
+            return True
+    return False
 
 
 def free_fall(problem: Problem) -> Floats:
@@ -403,7 +427,7 @@ def free_fall(problem: Problem) -> Floats:
     return motion
 
 
-def checked_loads(assembly: Assembly, loads: Floats | None) -> Floats:
+def checked_loads(assembly: Assembly, loads: Loads | None) -> Floats:
     """Return a wrench on each block; zeros for None.
 
     Parameters
@@ -411,7 +435,7 @@ def checked_loads(assembly: Assembly, loads: Floats | None) -> Floats:
     assembly
         The blocks.
     loads
-        Shape (n_blocks, 6) [N, N m].
+        Shape (n_blocks, 6) [N, N m], or these with a factor on the weight of the blocks.
 
     Returns
     -------
@@ -425,6 +449,8 @@ def checked_loads(assembly: Assembly, loads: Floats | None) -> Floats:
     """
     if loads is None:
         return np.zeros((assembly.n_blocks, 6))
+    if isinstance(loads, WeightedLoads):
+        return checked_loads(assembly, loads.beside) + loads.more_weight(assembly)
     try:
         loads = np.asarray(loads, dtype=float)
     except (TypeError, ValueError):

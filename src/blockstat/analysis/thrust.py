@@ -21,7 +21,7 @@ from blockstat.contact.penetration import check_copies, check_overlaps, overlaps
 from blockstat.errors import InputError, check_choice, check_vector, known_options
 from blockstat.loads import as_load
 from blockstat.program.conic import conic_program
-from blockstat.program.ties import tie_columns, tied_pairs
+from blockstat.program.ties import bearing_ties, tie_columns, tie_wrenches
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES, solve
 from blockstat.solve.penalty import solve_penalty
@@ -442,12 +442,11 @@ def _on_supports(columns: Columns, supports: Ints, direction: Sequence[float]) -
 
 def _given(problem: Problem, supports: Ints, direction: Sequence[float]) -> float:
     """What the ties whose force is given do to the supports along the direction [N]."""
-    assembly = problem.assembly
-    bearing = np.flatnonzero((~assembly.support[tied_pairs(assembly)]).any(axis=1))
-    ties = [tie for k in bearing if (tie := assembly.ties[k]).constant]
+    ties = [tie for tie in bearing_ties(problem.assembly) if tie.constant]
     if not ties:
         return 0.0
-    return float(_on_supports(tie_columns(assembly, ties), supports, direction)[::3] @ [tie.least for tie in ties])
+    columns = tie_columns(problem.assembly, ties)
+    return float(_on_supports(columns, supports, direction)[::3] @ [tie.least for tie in ties])
 
 
 def value(problem: Problem, functional: Floats, force: Floats) -> float:
@@ -471,6 +470,30 @@ def value(problem: Problem, functional: Floats, force: Floats) -> float:
     assert program is not None
     held = float(functional[::3] @ program.shift)
     return (float(functional @ force.reshape(-1)) - held) * program.force_unit
+
+
+def power_on_supports(problem: Problem, rate: Floats, motion: Floats, force: Floats) -> float:
+    """Return the power of all that an assembly does to its supports as they move.
+
+    Parameters
+    ----------
+    problem : Problem
+        The posed problem.
+    rate : array of float, shape (m, 3)
+        What `Problem.rates_by_supports` gives for the movement.
+    motion : array of float, shape (n_blocks, 6)
+        Of the supports that move whole, zero elsewhere.
+    force : array of float, shape (m, 3)
+        Forces of the program.
+
+    Returns
+    -------
+    float
+        [N] times the unit of the movement. Contacts, bonds and ties count, also ties whose force is given.
+    """
+    ties = [tie for tie in bearing_ties(problem.assembly) if tie.constant]
+    given = tie_wrenches(problem.assembly, ties, np.array([tie.least for tie in ties]))
+    return value(problem, rate.reshape(-1), force) + float((given * motion).sum())
 
 
 @dataclass(frozen=True, eq=False)

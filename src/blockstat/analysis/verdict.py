@@ -50,8 +50,9 @@ class Verdict(Result):
     """
 
     outcome: Outcome
-    #: sqrt(sum s_i^2) / weight of the free blocks: adhesion missing, 0 for stable, inf if none helps, nan where an
-    #: earlier mechanism decided (see `blockstat.analysis.certificate_cache`)
+    #: sqrt(sum s_i^2) / sum of the forces on the free blocks (their weight, without loads and ties of given force):
+    #: adhesion missing, 0 for stable, inf if none helps, nan where an earlier mechanism decided (see
+    #: `blockstat.analysis.certificate_cache`)
     score: float
     forces: Floats  #: shape (n_points, 3) [N], (f_n, f_1, f_2) on block b in the frame of the interface
     adhesion: Floats  #: shape (n_points,) [N], tension that point would have to carry; 0 for stable

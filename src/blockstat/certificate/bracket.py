@@ -96,6 +96,11 @@ class Bracket:
         return self._high[1]
 
     @property
+    def watched(self) -> bool:
+        """Whether somebody is told of the iterates."""
+        return self._progress is not None
+
+    @property
     def closed(self) -> bool:
         """Whether the bounds are as close as asked for."""
         return is_closed(self.lower, self.upper, self._tolerance)

@@ -17,11 +17,12 @@ import numpy as np
 from scipy.special import ndtr
 
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
+from blockstat.analysis.problem import checked_loads
 from blockstat.chance.population import Population, population_of
 from blockstat.chance.variables import Random
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.loads import as_load
+from blockstat.loads import Loads, as_load
 from blockstat.result import Result, Sentence
 from blockstat.sensitivity.parameters import pinned
 from blockstat.sensitivity.reserve import reserve_map
@@ -99,7 +100,7 @@ def first_order(
     uncertain: Mapping[str, Random] | None = None,
     load: Any = None,
     *,
-    loads: Floats | None = None,
+    loads: Loads | None = None,
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
 ) -> FirstOrder:
@@ -120,7 +121,7 @@ def first_order(
     Raises
     ------
     InputError
-        For a variable that there is not, and without a load.
+        For a variable that there is not, without a load, and for blocks that overlap as drawn.
 
     References
     ----------
@@ -185,11 +186,12 @@ def limit_state(population: Population, load: Any, normal: Floats) -> tuple[floa
         Shape (size,). Where the dead load is not carried, or any multiple of the load, that of the push alone.
     """
     draw = population.realise(normal)
-    found = limit_load(draw.assembly, load, loads=draw.loads, interfaces=draw.interfaces, optimum=True)
+    options: dict[str, Any] = {"loads": draw.loads, "gap": population.gap, "interfaces": draw.interfaces}
+    found = limit_load(draw.assembly, load, optimum=True, **options)
     carried = 0.0 if found.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE else min(found.lower, MANY)
     corners = "corner" in population.uncertain
     if found.outcome is LoadOutcome.LIMIT:
-        _, twist = pinned(found, as_load(draw.assembly, load), draw.loads)
+        _, twist = pinned(found, as_load(draw.assembly, load), checked_loads(draw.assembly, draw.loads))
         derivatives = reserve_map(found, load, loads=draw.loads, corners=corners)
         return carried - draw.push, population.gradient(normal, draw, derivatives, twist)
     return carried - draw.push, population.gradient(normal, draw, None, np.zeros((draw.assembly.n_blocks, 6)))

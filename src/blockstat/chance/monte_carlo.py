@@ -20,6 +20,7 @@ from blockstat.chance.trials import Trials, judge_all
 from blockstat.chance.variables import Random
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, check_seed, known_options
+from blockstat.loads import Loads
 from blockstat.result import Result, Sentence
 from blockstat.system.workers import in_stretches
 from blockstat.typing import Floats
@@ -128,7 +129,7 @@ def reliability(
     uncertain: Mapping[str, Random] | None = None,
     *,
     load: Any = None,
-    loads: Floats | None = None,
+    loads: Loads | None = None,
     draws: int = 1000,
     seed: int = 0,
     confidence: float = 0.95,
@@ -157,7 +158,8 @@ def reliability(
         An acceleration direction or a wrench on each block, as in `blockstat.limit_load`, which acts "push" times; None
         for that of the scene, if it names one.
     loads
-        Permanent loads, shape (n_blocks, 6) [N, N m].
+        Permanent loads, shape (n_blocks, 6) [N, N m]. Those of a load case are its `weighted_loads`: its factor on the
+        weight is then that of the densities and corners drawn.
     draws
         How many.
     seed
@@ -189,7 +191,7 @@ def reliability(
     Raises
     ------
     InputError
-        For a variable that there is not, fewer than one draw, or a file of other draws.
+        For a variable that there is not, fewer than one draw, a file of other draws, and blocks that overlap as drawn.
 
     Notes
     -----
@@ -286,7 +288,7 @@ def fragility(
     uncertain: Mapping[str, Random],
     load: Any,
     *,
-    loads: Floats | None = None,
+    loads: Loads | None = None,
     draws: int = 200,
     seed: int = 0,
     gap: float | str = GAP,
@@ -325,6 +327,7 @@ def _multipliers(population: Population, load: Any, normals: Floats) -> list[flo
     found = []
     for normal in normals:
         draw = population.realise(normal)
-        limit = limit_load(draw.assembly, load, loads=draw.loads, interfaces=draw.interfaces)
+        options: dict[str, Any] = {"loads": draw.loads, "gap": population.gap, "interfaces": draw.interfaces}
+        limit = limit_load(draw.assembly, load, **options)
         found.append(0.0 if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE else limit.lower)
     return found

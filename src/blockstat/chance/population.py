@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.analysis.thrust import shared_joints
 from blockstat.chance.variables import OF_JOINTS, Random, as_strong_as, blocks_of, checked, random_variables
-from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
+from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError
 from blockstat.imperfection.lost_edges import without_edges
+from blockstat.loads import Loads, WeightedLoads, weighted
 from blockstat.sensitivity.moved_corners import MovedCorners
 from blockstat.sensitivity.reserve import ReserveMap
 from blockstat.typing import Floats, Ints
@@ -34,7 +36,7 @@ class Draw:
     assembly: Assembly
     interfaces: Interfaces
     rows: Ints  #: which joints of the drawing are left, shape (n_interfaces,)
-    loads: Floats | None  #: permanent loads
+    loads: WeightedLoads | None  #: permanent loads
     push: float  #: factor on the load in question
 
 
@@ -110,8 +112,9 @@ class Population:
 
     assembly: Assembly  #: as drawn
     interfaces: Interfaces  #: its joints, without cells
-    loads: Floats | None  #: permanent loads beside the weight, shape (n_blocks, 6) [N, N m]
+    loads: Loads | None  #: permanent loads, as in `blockstat.reliability`
     uncertain: Mapping[str, Random]  #: the random variables (see `blockstat.reliability`)
+    gap: float | str = GAP  #: tolerance of the joint search, as in `blockstat.assess`
 
     def __post_init__(self) -> None:
         checked(self.assembly, self.uncertain, self.loads)
@@ -156,7 +159,8 @@ class Population:
         """
         assembly, joints, push = self.assembly, self.interfaces, 1.0
         density = assembly.density.copy()
-        acting = None if self.loads is None else np.array(self.loads, dtype=float)
+        given = None if self.loads is None else weighted(self.loads)
+        acting = None if given is None else given.beside.copy()
         lost, rows = None, np.arange(joints.n_interfaces)
         for part in self.parts:
             value = part.value(normal)
@@ -179,7 +183,8 @@ class Population:
         if lost is not None:
             joints, rows = without_edges(joints, lost)
         changed = assembly.with_(density=density) if (density != assembly.density).any() else assembly
-        return Draw(changed, joints, rows, acting, push)
+        loads = None if given is None or acting is None else replace(given, beside=acting)
+        return Draw(changed, joints, rows, loads, push)
 
     def drawn(self, normal: Floats) -> dict[str, float | list[float]]:
         """Return what values of the standard normal variables make of each random variable.
@@ -236,7 +241,7 @@ class Population:
                 by = found.density
             else:
                 assert self.loads is not None
-                by = -(twist * self.loads).sum(axis=1)
+                by = -(twist * weighted(self.loads).beside).sum(axis=1)
             held = part.label >= 0
             own = np.bincount(part.label[held], by[held], part.count)
             standard = part.standard(normal)
@@ -285,7 +290,7 @@ def population_of(
     assembly: Assembly,
     uncertain: Mapping[str, Random] | None,
     load: Any,
-    loads: Floats | None,
+    loads: Loads | None,
     *,
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
@@ -307,7 +312,7 @@ def population_of(
     Raises
     ------
     InputError
-        For a variable that there is not, and for a random "push" without a load.
+        For a variable that there is not, for a random "push" without a load, and for blocks that overlap as drawn.
     """
     if uncertain is None:
         uncertain, direction = random_variables(assembly)
@@ -315,8 +320,8 @@ def population_of(
             load, uncertain = direction, as_strong_as(uncertain, float(np.linalg.norm(direction)))
     if "push" in uncertain and load is None:
         raise InputError('uncertain "push" is a factor on load=, which is not given')
-    faces = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
-    return Population(assembly, faces, loads, uncertain), load
+    faces, _ = shared_joints(assembly, gap, interfaces)
+    return Population(assembly, faces, loads, uncertain, gap), load
 
 
 def _dense(label: Ints) -> Ints:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from blockstat.analysis.assess import judged
-from blockstat.analysis.problem import Problem, pose
+from blockstat.analysis.problem import Problem, checked_loads, pose
 from blockstat.analysis.verdict import Outcome
 from blockstat.chance.evidence import Known, NearbyEvidence
 from blockstat.chance.population import Population
@@ -22,7 +22,7 @@ from blockstat.contact.interfaces import GAP
 from blockstat.contact.penetration import overlaps
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from blockstat.errors import InputError
-from blockstat.loads import as_load
+from blockstat.loads import as_load, weighted
 from blockstat.system.lock import locked
 from blockstat.system.rows import append_rows, kept_rows
 from blockstat.system.workers import as_they_come, count_workers
@@ -119,12 +119,13 @@ class Trials:
     @cached_property
     def _overlapping(self) -> Ints:
         """Pairs of blocks that overlap as drawn."""
-        return overlaps(self.population.assembly, gap=GAP)[0]
+        return overlaps(self.population.assembly, gap=self.population.gap)[0]
 
     @cached_property
     def _unresolved(self) -> Unresolved:
         """Contacts without a unique normal as drawn: what touches so in no draw touches otherwise."""
-        return unresolved_contacts(self.population.assembly, self.population.interfaces)
+        own = self.population
+        return unresolved_contacts(own.assembly, own.interfaces, gap=own.gap)
 
     def judge(self, number: int, normal: Floats, evidence: NearbyEvidence | None) -> Row:
         """Give the verdict on one draw.
@@ -145,11 +146,11 @@ class Trials:
         """
         start = process_time()
         draw = self.population.realise(normal)
-        acting = draw.loads
+        acting = None if draw.loads is None else checked_loads(draw.assembly, draw.loads)
         if self.load is not None:
             push = draw.push * as_load(draw.assembly, self.load)
             acting = push if acting is None else acting + push
-        options: dict[str, Any] = {"friction": None, "gravity": None, "gap": GAP}
+        options: dict[str, Any] = {"friction": None, "gravity": None, "gap": self.population.gap}
         problem = pose(draw.assembly, loads=acting, interfaces=draw.interfaces, **options)
         if evidence is not None:
             evidence.place = normal
@@ -171,13 +172,17 @@ class Trials:
         -------
         str
             Of all of the blocks and joints but their name, metadata and dropped patches, of the loads, the random
-            variables, the point about which they are drawn, the seed and the flow; not of how many draws there are.
+            variables, the point about which they are drawn, the seed, the flow and the gap; not of how many draws
+            there are.
         """
         own, digest = self.population, hashlib.sha256()
-        joints = {name: value for name, value in vars_of(own.interfaces).items() if name != "dropped"}
+        joints = {k: value for k, value in vars_of(own.interfaces).items() if k not in ("dropped", "crushed", "moved")}
         blocks = {name: value for name, value in vars_of(own.assembly).items() if name not in ("name", "metadata")}
         about = [TURNS, self.centre] if self.centre.any() else []
-        for part in (blocks, joints, own.loads, self.load, dict(own.uncertain), about, self.seed, self.flow):
+        beside, factor = (None, 1.0) if own.loads is None else vars_of(weighted(own.loads)).values()
+        more = [part for part in (own.gap, own.interfaces.crushed) if part not in (GAP, ())]
+        more += [{"weight": factor}] if factor != 1.0 else []
+        for part in (blocks, joints, beside, self.load, dict(own.uncertain), about, self.seed, self.flow, *more):
             _take(digest, part)
         return digest.hexdigest()[:16]
 

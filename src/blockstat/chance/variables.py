@@ -12,7 +12,7 @@ from scipy.special import ndtr
 
 from blockstat.errors import HUGE, InputError, check_choice
 from blockstat.joint import fits
-from blockstat.typing import Floats
+from blockstat.loads import Loads
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -167,7 +167,7 @@ def as_strong_as(uncertain: Mapping[str, Random], strength: float) -> dict[str, 
     return {**uncertain, "push": replace(push, first=strength * push.first, second=strength * push.second)}
 
 
-def checked(assembly: Assembly, uncertain: Mapping[str, Random], loads: Floats | None) -> None:
+def checked(assembly: Assembly, uncertain: Mapping[str, Random], loads: Loads | None) -> None:
     """Check the names of random variables.
 
     Parameters

@@ -77,7 +77,7 @@ def chosen_case(
         raise located(loads or file, error) from None
 
 
-def load_and_loads(load: str | None, case: LoadCase | None) -> tuple[Any, Any]:
+def load_and_loads(load: str | None, case: LoadCase | None, *, weighted: bool = False) -> tuple[Any, Any]:
     """Return what grows and what stays in a limit analysis.
 
     Parameters
@@ -86,6 +86,8 @@ def load_and_loads(load: str | None, case: LoadCase | None) -> tuple[Any, Any]:
         Value of `--load`, "AX,AY,AZ".
     case : LoadCase or None
         With `--load`, all of its loads stay; without, the live ones grow.
+    weighted : bool
+        Whether its factor on the weight is kept apart, for densities that are not as drawn.
 
     Returns
     -------
@@ -98,12 +100,13 @@ def load_and_loads(load: str | None, case: LoadCase | None) -> tuple[Any, Any]:
         Where nothing would grow.
     """
     if load is not None:
-        return numbers(load, 3, "--load", "AX,AY,AZ"), None if case is None else case.loads
+        acting = None if case is None else case.weighted_loads if weighted else case.loads
+        return numbers(load, 3, "--load", "AX,AY,AZ"), acting
     if case is None:
         raise InputError("--load AX,AY,AZ or --case NAME with live loads is needed: what grows until the limit")
     if not case.live.any():
         raise InputError(f'case "{case.name}" has no live loads; give what grows by --load AX,AY,AZ')
-    return case.live, case.permanent
+    return case.live, case.weighted_permanent if weighted else case.permanent
 
 
 def cases_command(
@@ -185,17 +188,23 @@ def case_answers(assembly: Assembly, cases: dict[str, LoadCase], *, gap: float |
     -------
     list of dict
         Rows with the keys "case", "verdict", "lower" and "upper", and "status" where there are live loads.
+
+    Raises
+    ------
+    InputError
+        When blocks overlap.
     """
     from blockstat.analysis.assess import assess
     from blockstat.analysis.limit_load import limit_load
-    from blockstat.contact.interfaces import find_interfaces
+    from blockstat.analysis.thrust import shared_joints
 
-    joints, rows = find_interfaces(assembly, gap=gap), []
+    rows = []
+    options: dict[str, Any] = {"gap": gap, "interfaces": shared_joints(assembly, gap, None)[0]}
     for name, case in cases.items():
-        verdict = assess(assembly, loads=case.loads, interfaces=joints)
+        verdict = assess(assembly, loads=case.loads, **options)
         row: dict[str, Any] = {"case": name, "verdict": verdict.outcome.word, "lower": None, "upper": None}
         if case.live.any():
-            found = limit_load(assembly, case.live, loads=case.permanent, interfaces=joints).summary()
+            found = limit_load(assembly, case.live, loads=case.permanent, **options).summary()
             row |= {"status": found["status"], "lower": found["lower"], "upper": found["upper"]}
         rows.append(row)
     return rows

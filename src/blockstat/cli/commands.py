@@ -25,9 +25,11 @@ from blockstat.cli.options import (
     Up,
     Version,
     doubt,
+    file_to_write,
     gap_of,
     inputs,
     numbers,
+    picture_to_write,
     print_json,
     run_app,
     said,
@@ -170,6 +172,7 @@ def check(
         typer.Option(
             "-o",
             "--output",
+            callback=file_to_write(".glb", ".obj", ".json"),
             help="Also write the blocks with displacement and demand (.glb, .obj), or with joints and forces (.json).",
         ),
     ] = None,
@@ -183,7 +186,7 @@ def check(
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
     acting = chosen_case(assembly, file, case, loads, gap=near)
-    permanent = None if acting is None else acting.loads
+    permanent = None if acting is None else acting.weighted_loads
     if not 0 <= tightnesses <= MOST_TIGHTNESSES or (tightnesses and flow != "coulomb"):
         asked = f"it must be 0 to {MOST_TIGHTNESSES:,} and goes with --flow coulomb"
         raise InputError(f"--tightnesses is {tightnesses}; {asked}")
@@ -232,7 +235,10 @@ def limit(
     gap: Gap = None,
     flow: Flow = "associated",
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Polar plot of the directions (.png, .svg, .pdf).")
+        Path | None,
+        typer.Option(
+            "-o", "--output", callback=picture_to_write, help="Polar plot of the directions (.png, .svg, .pdf)."
+        ),
     ] = None,
     tolerance: Annotated[float, typer.Option(metavar="T", help="Width asked of the bracket, relative to it.")] = 1e-4,
     imperfection: Imperfect = None,
@@ -254,11 +260,11 @@ def limit(
             raise InputError("--case and --directions are different questions; ask for one of them")
         if imperfection:
             raise InputError("--imperfection goes with --load or --case")
-        over_the_horizon(file, assembly, directions, flow, output, units, near, as_json)
+        over_the_horizon(file, assembly, directions, flow, tolerance, output, units, near, as_json)
         return
-    growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads, gap=near))
+    growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads, gap=near), weighted=True)
     allowed = imperfections_of(imperfection)
-    with shown_progress() as progress:
+    with shown_progress(kept=allowed is None) as progress:
         result = limit_load(
             assembly,
             growing,

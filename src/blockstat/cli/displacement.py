@@ -25,6 +25,7 @@ from blockstat.cli.options import (
     inputs,
     lengths,
     numbers,
+    picture_to_write,
     print_json,
     said,
     written,
@@ -59,6 +60,10 @@ Until = Annotated[
         "By default until collapse.",
     ),
 ]
+Picture = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", callback=picture_to_write, help="Also draw it (.png, .svg, .pdf)."),
+]
 Steps = Annotated[int, typer.Option(metavar="N", help="About how many points the curve or the path has.")]
 
 
@@ -91,7 +96,7 @@ def capacity_command(
     ] = None,
     steps: Steps = 30,
     tolerance: Annotated[float, typer.Option(metavar="T", help="Of the curve between its points.")] = 1e-4,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it (.png, .svg, .pdf).")] = None,
+    output: Picture = None,
     film: Film = None,
     as_json: AsJson = False,
 ) -> None:
@@ -138,7 +143,7 @@ def settle_command(
     gap: Gap = None,
     until: Until = None,
     steps: Steps = 30,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it (.png, .svg, .pdf).")] = None,
+    output: Picture = None,
     film: Film = None,
     as_json: AsJson = False,
 ) -> None:
@@ -175,7 +180,7 @@ def settle_command(
                 )
             except KeyboardInterrupt:  # before the first point; what happens at first is known
                 reason = "interrupted"
-    files = drawn(output=(plot_settlement, found, output), film=(write_path, path, film))
+    files = drawn(output=(plot_settlement, found, output), film=(write_path, path, film if path else None))
     if as_json:
         further = {"collapse": path and path.collapse, "path": path and path.summary()}
         print_json(
@@ -210,7 +215,7 @@ def code_check_command(
     as_json: AsJson = False,
 ) -> None:
     """Verify the mechanism of a limit load linearly by Circolare 7/2019, C8.7.1.2.1. Loads of a case have no mass."""
-    from blockstat.analysis.limit_load import limit_load
+    from blockstat.analysis.limit_load import LoadOutcome, limit_load
     from blockstat.code_check.linear import linear_check
 
     near = gap_of(gap)
@@ -219,8 +224,10 @@ def code_check_command(
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     acting = chosen_case(assembly, file, case, loads, gap=near)
     permanent = None if acting is None else acting.loads
-    with shown_progress() as progress:
+    with shown_progress(kept=False) as progress:
         limit = limit_load(assembly, direction, loads=permanent, flow=flow, gap=near, progress=progress)
+    if limit.outcome is LoadOutcome.STOPPED:
+        raise KeyboardInterrupt
     found = linear_check(limit, direction, loads=permanent, **code)
     if as_json:
         echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})

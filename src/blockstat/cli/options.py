@@ -61,6 +61,77 @@ UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
+def check_place(path: Path, *suffixes: str) -> None:
+    """Refuse a file that cannot be written; better asked before long work than after.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    *suffixes : str
+        Those that it may have, such as ".json"; any where none is given.
+
+    Raises
+    ------
+    InputError
+        For another suffix, and for a directory or a file in a directory that does not exist.
+    """
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise InputError(f'{path}: cannot write "{path.suffix}"; it is written as: {", ".join(suffixes)}')
+    if path.is_dir():
+        raise InputError(f"{path}: is a directory; a file is needed")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: no such directory: {path.parent}")
+
+
+def file_to_write(*suffixes: str) -> Callable[[Path | None], Path | None]:
+    """Return the callback of an option for a file, which refuses one that cannot be written before anything is read.
+
+    Parameters
+    ----------
+    *suffixes : str
+        As in `check_place`.
+
+    Returns
+    -------
+    callable
+        Returns the path that it is given.
+    """
+
+    def check(path: Path | None) -> Path | None:
+        if path is not None:
+            check_place(path, *suffixes)
+        return path
+
+    return check
+
+
+def picture_to_write(path: Path | None) -> Path | None:
+    """Return the path that an option gives for a picture; a callback, as that of `file_to_write`.
+
+    Parameters
+    ----------
+    path : Path or None
+        The file.
+
+    Returns
+    -------
+    Path or None
+        The same.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be written, or a suffix that is no picture's.
+    """
+    if path is not None:
+        from blockstat.view.plot import fresh_figure
+
+        check_place(path)
+        fresh_figure(path)
+    return path
+
+
 def gap_of(text: str | None) -> float | str:
     """Return what `--gap` says.
 

@@ -52,8 +52,13 @@ def at_work(text: str) -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def shown_progress() -> Iterator[Callable[[int, float, float], None]]:
+def shown_progress(*, kept: bool = True) -> Iterator[Callable[[int, float, float], None]]:
     """Show the iterations of a limit analysis on standard error.
+
+    Parameters
+    ----------
+    kept : bool, optional
+        Whether the command answers with the bracket that an interrupt leaves.
 
     Yields
     ------
@@ -70,6 +75,6 @@ def shown_progress() -> Iterator[Callable[[int, float, float], None]]:
                 text = f"without dilatancy, kind of joints {kinds}, trial {iteration}: {reached:.5g} to {upper:.5g}"
             else:
                 text = f"iteration {iteration}: {max(reached, 0.0):.6g} reached, at most {upper:.6g}"
-            say(f"{text} (Ctrl-C keeps the bracket)")
+            say(f"{text} (Ctrl-C keeps the bracket)" if kept else text)
 
         yield show

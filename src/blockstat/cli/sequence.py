@@ -16,6 +16,7 @@ from blockstat.cli.options import (
     Supports,
     Units,
     Up,
+    check_place,
     gap_of,
     load,
     numbers,
@@ -32,7 +33,14 @@ if TYPE_CHECKING:
 
 #: Blocks that a line names.
 FEW = 5
-
+#: The questions, and the options that each takes beside those of the blocks and of the answer.
+TAKES = {
+    "--plan": ("--output", "--page", "--flow", "--reserve", "--tilt"),
+    "--held-at-most": ("--output", "--flow", "--reserve", "--seconds", "--insertion", "--journal"),
+    "--courses": ("--along", "--output", "--flow", "--seconds", "--journal"),
+    "--remove-each": ("--output", "--flow"),
+    "--stages": ("--flow",),
+}
 
 PlanFile = Annotated[Path | None, typer.Option("--plan", help="Judge this plan (.json), step by step.")]
 HeldAtMost = Annotated[
@@ -74,6 +82,7 @@ JournalFile = Annotated[
 
 
 def sequence(
+    context: typer.Context,
     file: FileArgument,
     plan: PlanFile = None,
     held_at_most: HeldAtMost = None,
@@ -102,8 +111,7 @@ def sequence(
     from blockstat.sequence.plan import assess_plan, read_plan
     from blockstat.sequence.stages import assess_stages
 
-    if (plan is not None) + (held_at_most is not None) + remove + stages + courses != 1:
-        raise InputError("give one of --plan PLAN.json, --held-at-most K, --courses, --remove-each and --stages")
+    _refuse_unheeded(context)
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
     options: dict[str, Any] = {"gap": gap_of(gap), "flow": flow}
     head = {"file": str(file)}
@@ -135,6 +143,34 @@ def sequence(
         print_json({**head, **result.summary()})
     else:
         typer.echo(result.explain())
+
+
+def _refuse_unheeded(context: typer.Context) -> None:
+    """Refuse all but one question, and options that another question takes."""
+    sources = {own.opts[-1]: context.get_parameter_source(own.name or "") for own in context.command.params}
+    given = [option for option, source in sources.items() if source is not None and source.name == "COMMANDLINE"]
+    asked = [option for option in given if option in TAKES]
+    if len(asked) != 1:
+        raise InputError("give one of --plan PLAN.json, --held-at-most K, --courses, --remove-each and --stages")
+    known = {option for taken in TAKES.values() for option in taken}
+    if refused := [option for option in given if option in known and option not in TAKES[asked[0]]]:
+        raise InputError(f"{asked[0]} takes {', '.join(TAKES[asked[0]])}, not {', '.join(refused)}")
+    _check_output(asked[0], context.params["output"])
+
+
+def _check_output(asked: str, output: Path | None) -> None:
+    """Refuse a file that the answer cannot be written to: the plan that is searched, or a picture of what is given."""
+    from blockstat.view.plot import fresh_figure
+    from blockstat.view.settling import film_path
+
+    if output is None:
+        return
+    if asked == "--plan":
+        film_path(output)
+    elif asked == "--remove-each":
+        fresh_figure(output)
+    else:
+        check_place(output, ".json")
 
 
 def _safest(assembly: Assembly, flow: str, journal: Path | None, **options: Any) -> SafestOrder:

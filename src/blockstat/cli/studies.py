@@ -20,6 +20,7 @@ from blockstat.cli.options import (
     Units,
     Up,
     drawn,
+    file_to_write,
     gap_of,
     inputs,
     lengths,
@@ -42,6 +43,7 @@ def over_the_horizon(
     assembly: Assembly,
     directions: int,
     flow: str,
+    tolerance: float,
     output: Path | None,
     units: str | None,
     gap: float | str,
@@ -59,8 +61,10 @@ def over_the_horizon(
         How many directions.
     flow : str
         "associated" or "coulomb".
+    tolerance : float
+        Width asked of each bracket, relative to it.
     output : Path or None
-        Where the polar plot goes.
+        Where the polar plot goes; where there is no limit, none is drawn, and standard error says so.
     units : str or None
         Of the file's coordinates.
     gap : float or str
@@ -76,7 +80,11 @@ def over_the_horizon(
         def progress(done: int, name: str, found: LimitLoad) -> None:
             say(f"{done} of at least {directions} directions, {found.upper:.4g} towards {name}")
 
-        found = limit_load_by_direction(assembly, directions, flow=flow, gap=gap, progress=progress)
+        options: dict[str, Any] = {"flow": flow, "gap": gap, "tolerance": tolerance}
+        found = limit_load_by_direction(assembly, directions, progress=progress, **options)
+    if output is not None and not found.has_limits:
+        typer.echo(f"{output}: not written, for there are no limit loads to draw", err=True)
+        output = None
     files = drawn(output=(plot_directions, found, output))
     if as_json:
         print_json({"file": str(file), **inputs(assembly, units=units, gap=gap), **found.summary(), **files})
@@ -290,7 +298,9 @@ def write_report(
 
 def prove_command(
     file: FileArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Where to write the proof (.json).")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", callback=file_to_write(".json"), help="Where to write the proof (.json).")
+    ],
     load: Annotated[
         str | None,
         typer.Option(metavar="AX,AY,AZ", help="Prove both bounds of this acceleration, in place of the verdict."),
@@ -310,6 +320,8 @@ def prove_command(
     """Write an exact proof that an assembly stands or falls, for `python extras/check_proof.py`."""
     from blockstat.proof.proof_file import prove
 
+    if load is not None and limit:
+        raise InputError("--load and --limit are different questions; ask for one of them")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
     chosen = chosen_case(assembly, file, case, loads, gap=near)

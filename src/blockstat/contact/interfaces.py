@@ -75,6 +75,9 @@ class Interfaces:
     searched: float | str = GAP  #: the gap up to which faces were taken for a joint, as `find_interfaces` was asked
     #: the contacts as drawn, where these have lost their edges: what they covered is no bare contact; None: these
     drawn: Interfaces | None = None
+    #: contacts without area that a joint law lets carry nothing: not among these, but in the way of a mechanism
+    crushed: tuple[Interfaces, ...] = ()
+    moved: bool = False  #: whether displaced corners took them along, while the ends of ties stayed where drawn
 
     @property
     def kinds(self) -> Ints:
@@ -145,7 +148,7 @@ class Interfaces:
         Returns
         -------
         Interfaces
-            In the order of `rows`; what was dropped or has no normal stays listed.
+            In the order of `rows`; what was dropped, is crushed or has no normal stays listed.
         """
         rows = np.arange(self.n_interfaces)[rows]
         count = np.diff(self.start)[rows]

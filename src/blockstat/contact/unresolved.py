@@ -122,7 +122,7 @@ class Unresolved:
         found = Interfaces(
             pair, frame, area, gap, point, start, interfaces.dropped, outlines, share, interfaces.patches, kind
         )
-        return replace(found, friction=friction)
+        return replace(found, friction=friction, crushed=interfaces.crushed, moved=interfaces.moved)
 
 
 def unresolved_contacts(

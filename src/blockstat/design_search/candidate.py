@@ -115,6 +115,11 @@ class SearchResult(Result):
             return SearchOutcome.FAILED
         return SearchOutcome.FOUND if self.best is not None else SearchOutcome.NONE_STANDS
 
+    @property
+    def none_stood(self) -> str:
+        """In words that no design stood, as far as designs could be judged."""
+        return f"no design {'that could be judged ' if any(c.failed for c in self.history) else ''}stood"
+
     def explain(self) -> str:
         """Return the best design and how many designs were evaluated in which way, one fact a line.
 

@@ -91,13 +91,13 @@ def search(
         See the module.
     over : {"line", "grid"}, optional
         "line": each parameter in its turn down to its smallest value that stands. "grid": every combination, of which
-        the lightest that stands is the answer. For "paper" and "pruned".
+        the lightest that stands is the answer. For "paper" and "pruned"; the others know "line" alone.
     names : sequence of str, optional
         The parameters to move, in order; by default all ranges of the scene.
     margin : Margin, optional
         Reserve that "gradient", "pareto" and "robust" ask for; by default that the design stands.
     snap : bool, optional
-        "gradient" offers only designs on the steps of the ranges.
+        "gradient", and "robust" without a target, offer only designs on the steps of the ranges.
     points : int, optional
         Number of reserves of "pareto".
     imperfections : Imperfections, optional
@@ -135,7 +135,8 @@ def search(
     Raises
     ------
     InputError
-        For an unknown parameter or option, a scene without ranges, or a history file of another search.
+        For an unknown parameter or option, one that the strategy does not have, a scene without ranges, or a history
+        file of another search.
 
     Examples
     --------
@@ -145,7 +146,7 @@ def search(
     >>> search(scene_from(hut), verify=None).best_parameters
     {'wall.thickness': 0.2}
     """
-    check_strategy(strategy, over, margin, snap)
+    check_strategy(strategy, over, margin, snap, target)
     stated_length(gap)
     _check_robust(strategy, margin, imperfections, target)
     space = space_of(building, names)
@@ -186,12 +187,14 @@ def search(
     return replace(_result(evaluator, best, found, finished), assured=assured)
 
 
-def check_strategy(strategy: str, over: str, margin: Margin | None, snap: bool) -> None:
+def check_strategy(
+    strategy: str, over: str, margin: Margin | None, snap: bool, target: FailureTarget | None = None
+) -> None:
     """Raise InputError unless options of `search` exist and go together.
 
     Parameters
     ----------
-    strategy, over, margin, snap
+    strategy, over, margin, snap, target
         As in `search`.
 
     Raises
@@ -201,9 +204,15 @@ def check_strategy(strategy: str, over: str, margin: Margin | None, snap: bool) 
     """
     check_choice("strategy", strategy, STRATEGIES)
     check_choice("over", over, OVER)
-    if strategy in ("paper", "pruned") and (margin is not None or snap):
-        others = '"gradient", "pareto" and "robust"'
-        raise InputError(f'margin and snap are for strategies {others}; strategy is "{strategy}"')
+    walks = strategy in ("paper", "pruned")
+    snaps = strategy == "gradient" or (strategy == "robust" and target is None)
+    for refused, words in (
+        (walks and margin is not None, 'margin is for strategies "gradient", "pareto" and "robust"'),
+        (snap and not snaps, 'snap is for strategies "gradient" and, without a target, "robust"'),
+        (over != "line" and not walks, f'over "{over}" is for strategies "paper" and "pruned"'),
+    ):
+        if refused:
+            raise InputError(f'{words}; strategy is "{strategy}"')
 
 
 def _check_robust(

@@ -148,7 +148,7 @@ class AtPoint(Margin):
         return self._population(assembly).realise(np.array(self.place)).interfaces
 
     def _population(self, assembly: Assembly) -> Population:
-        return Population(assembly, find_interfaces(assembly, gap=self.gap), None, self.uncertain)
+        return Population(assembly, find_interfaces(assembly, gap=self.gap), None, self.uncertain, self.gap)
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,12 +195,13 @@ def lightest_assured(evaluator: Evaluator, target: FailureTarget) -> tuple[Value
         if best is None:
             return None, None
         assembly = evaluator.make(best)
-        population = Population(assembly, find_interfaces(assembly, gap=target.gap), None, uncertain)
+        population = Population(assembly, find_interfaces(assembly, gap=target.gap), None, uncertain, target.gap)
         before = place
         place, value = _worst(population, direction, beta)
         if value < -LACKING and np.linalg.norm(place - before) > CLOSE:
             continue
-        first = first_order(assembly, uncertain, direction, interfaces=population.interfaces)
+        joints = {"gap": target.gap, "interfaces": population.interfaces}
+        first = first_order(assembly, uncertain, direction, **joints)
         settled = first.outcome.word == "found"
         if value < -LACKING:
             # The design is as the descent leaves it, a little lighter than its worst point asks for: aim further out.
@@ -209,8 +210,7 @@ def lightest_assured(evaluator: Evaluator, target: FailureTarget) -> tuple[Value
                 beta += OVER * short if settled else FURTHER
                 continue
         about = first if settled else replace(first, point=place)
-        options = {"load": direction, "interfaces": population.interfaces, "draws": target.draws}
-        found = reliability(assembly, uncertain, about=about, **options)
+        found = reliability(assembly, uncertain, load=direction, draws=target.draws, about=about, **joints)
         if found.interval[1] <= target.probability:
             evaluator.ask(best)
             return best, Assured(first, found)

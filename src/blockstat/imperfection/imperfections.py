@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from blockstat.contact.tolerance import LENGTH, UNITS
 from blockstat.errors import InputError
 from blockstat.imperfection.lost_edges import least_width, lose_edges
 from blockstat.joint import fits
+from blockstat.loads import Loads, numbers, weighted
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -57,9 +58,10 @@ class Imperfections:
         if not (isinstance(self.friction, (int, float)) and 1 <= self.friction < np.inf):
             raise InputError(f"imperfections: friction is {self.friction!r}; it divides friction and is at least 1")
         for name, ranges in (("density", self.density), ("loads", self.loads)):
+            if not isinstance(ranges, Mapping):
+                raise InputError(f"imperfections: {name} is {ranges!r}; it must be ranges by group")
             for group, ends in ranges.items():
-                rising = len(ends) == 2 and all(np.isfinite(ends)) and ends[0] <= ends[1]
-                if not rising or (name == "density" and ends[0] <= 0):
+                if not _rising(ends) or (name == "density" and ends[0] <= 0):
                     what = "two densities [kg/m3]" if name == "density" else "two factors"
                     raise InputError(f'imperfections: {name} of "{group}" is {ends}; it must be {what}, least first')
         if len(self.density) + len(self.loads) > MOST:
@@ -119,7 +121,7 @@ class Realisation:
 
 
 def realisations(
-    assembly: Assembly, interfaces: Interfaces, loads: Floats | None, imperfections: Imperfections
+    assembly: Assembly, interfaces: Interfaces, loads: Loads | None, imperfections: Imperfections
 ) -> Iterator[Realisation]:
     """Give the cases among which the worst one is.
 
@@ -130,7 +132,8 @@ def realisations(
     interfaces
         Their joints.
     loads
-        Wrench on each block beside the weight, shape (n_blocks, 6) [N, N m]; None for none.
+        Wrench on each block beside the weight, shape (n_blocks, 6) [N, N m], or these with a factor on the weight,
+        which is that of the densities of each case; None for none.
     imperfections
         What is allowed for.
 
@@ -146,6 +149,7 @@ def realisations(
     """
     if imperfections.loads and loads is None:
         raise InputError("imperfections: loads has factors, but there are no permanent loads")
+    own = None if loads is None else weighted(loads)
     joints = imperfections.joints(interfaces)
     gamma = imperfections.friction
     caveat = [NO_BOUND] if gamma > 1 and any(_apex_moves(law) for law in assembly.joints) else []
@@ -159,16 +163,21 @@ def realisations(
     ranges += [("loads", *item) for item in imperfections.loads.items()]
     chosen = [_blocks(assembly, group) for _, group, _ in ranges]
     for ends in product(*(dict.fromkeys(span) for _, _, span in ranges)):
-        density, acting = assembly.density.copy(), None if loads is None else np.array(loads, dtype=float)
-        factor = np.ones(assembly.n_blocks)
+        density, factor = assembly.density.copy(), np.ones(assembly.n_blocks)
         words = [imperfections.words, *caveat] if imperfections.words else []
         for (kind, group, _), blocks, value in zip(ranges, chosen, ends, strict=True):
             (density if kind == "density" else factor)[blocks] = value
             words.append(f'{"density" if kind == "density" else "loads"} of "{group}" {value:g}')
-        if acting is not None:
-            acting *= factor[:, None]
         case = weaker if np.array_equal(density, assembly.density) else weaker.with_(density=density)
+        acting = None if own is None else factor[:, None] * own.beside + own.more_weight(case)
         yield Realisation(case, joints, acting, ", ".join(words))
+
+
+def _rising(ends: Any) -> bool:
+    """Whether these are two finite numbers, the least first."""
+    span = numbers(ends)
+    rising = span.shape == (2,) and bool(-np.inf < span[0] <= span[1] < np.inf)
+    return rising and not any(isinstance(end, str) for end in ends)
 
 
 def _apex_moves(law: JointLaw) -> bool:

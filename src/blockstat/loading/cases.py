@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, gathered, no_such
 from blockstat.loading.ground import dispersed_load, fill_load, fluid_pressure
 from blockstat.loading.on_faces import body_load, line_load, patch_load, surface_load
-from blockstat.loads import acceleration, point_load
+from blockstat.loads import WeightedLoads, acceleration, point_load
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -48,11 +48,25 @@ class LoadCase:
     live: Floats  #: what a load multiplier multiplies, shape (n_blocks, 6) [N, N m]; zeros where nothing does
     description: str = ""
     combination: str = ""  #: the loads and their factors in words, as "0.9 weight + 1.5 wind (live)"
+    weight: float = 1.0  #: factor on the weight of the blocks; `permanent` has it, of the blocks as drawn
+    #: what stays beside the weight, factors included, shape (n_blocks, 6) [N, N m]; None where `permanent` is no more
+    beside: Floats | None = None
 
     @property
     def loads(self) -> Floats:
-        """All that acts beside the weight when the multiplier is one, shape (n_blocks, 6) [N, N m]."""
+        """All that acts beside the weight as drawn when the multiplier is one, shape (n_blocks, 6) [N, N m]."""
         return self.permanent + self.live
+
+    @property
+    def weighted_permanent(self) -> WeightedLoads:
+        """What stays, with the factor on the weight apart: for densities or factors that are random or imperfect."""
+        return WeightedLoads(self.permanent if self.beside is None else self.beside, self.weight)
+
+    @property
+    def weighted_loads(self) -> WeightedLoads:
+        """All that acts when the multiplier is one, with the factor on the weight apart as in `weighted_permanent`."""
+        own = self.weighted_permanent
+        return replace(own, beside=own.beside + self.live)
 
     @property
     def words(self) -> str:
@@ -250,9 +264,9 @@ def _case(assembly: Assembly, name: str, table: Tables, made: Mapping[str, Float
         parts = (factor * made[load] for load, factor in table.get(key, {}).items())
         return sum(parts, np.zeros((assembly.n_blocks, 6)))
 
-    permanent = summed("factors")
-    permanent[:, :3] += (table.get("weight", 1.0) - 1.0) * assembly.mass[:, None] * assembly.gravity
-    parts = [f"{table.get('weight', 1.0):g} weight"]
+    own = WeightedLoads(summed("factors"), table.get("weight", 1.0))
+    parts = [f"{own.weight:g} weight"]
     parts += [f"{factor:g} {load}" for load, factor in table.get("factors", {}).items()]
     parts += [f"{factor:g} {load} (live)" for load, factor in table.get("live", {}).items()]
-    return LoadCase(name, permanent, summed("live"), str(table.get("description", "")), " + ".join(parts))
+    permanent, words = own.beside + own.more_weight(assembly), (str(table.get("description", "")), " + ".join(parts))
+    return LoadCase(name, permanent, summed("live"), *words, weight=own.weight, beside=own.beside)

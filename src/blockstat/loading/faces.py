@@ -6,6 +6,7 @@ with signs, and a traction that is linear in place times an arm is a polynomial 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -25,8 +26,15 @@ if TYPE_CHECKING:
 ON = 1e-6
 #: A joint lies in a face when their normals differ by less than this cosine says (15 degrees, as joints are found).
 ALONG = float(np.cos(np.deg2rad(15.0)))
-#: A face that leans towards a direction by less than this cosine is parallel to it.
-TOWARDS = 1e-9
+#: A face that leans towards a direction by less than this cosine is parallel to it. A direction of three decimals is
+#: off by up to 0.9e-3, and coordinates to a micrometre turn faces of a centimetre by 1e-4. What is left out along the
+#: direction is less than this share of the load that the face would bear if it looked that way.
+TOWARDS = 1e-3
+#: Of a face less than this share is nothing: coordinates to a micrometre leave strips of it on faces of a centimetre.
+SLIVER = 1e-4
+#: Regions are cut on a grid of about this share of their outline: where edges all but coincide, GEOS may give back all
+#: that it was to take away (locationtech/jts#1000), but not on a grid.
+GRID = 2.0**-44
 
 #: Force per area [N/m2] at points of shape (n, 3) with the unit outward normal there, shape (n, 3).
 Traction = Callable[[Floats, Floats], Floats]
@@ -56,7 +64,8 @@ class Face:
 
     def within(self, region: Any) -> Face:
         """Return the part inside a region of its plane."""
-        return Face(self.block, self.frame, self.origin, self.region.intersection(region))
+        part = self.region.intersection(region, grid_size=_grid(self.region))
+        return Face(self.block, self.frame, self.origin, part)
 
 
 def up_of(assembly: Assembly) -> Floats:
@@ -105,14 +114,14 @@ def free_faces(
     blocks
         Numbers of those whose faces are wanted, shape (n,).
     towards
-        Only faces that look this way at all, shape (3,).
+        Only faces that look this way by a cosine above `TOWARDS`, shape (3,).
     interfaces
         Where blocks touch; searched for when None.
 
     Returns
     -------
     list of Face
-        In the order of the faces of the assembly.
+        In the order of the faces of the assembly, without those of which joints leave less than a share `SLIVER`.
     """
     from shapely import MultiPoint, Polygon
 
@@ -128,13 +137,19 @@ def free_faces(
         frame = frames(assembly.planes.normal[f][None])[0]
         face = Face(block, frame, assembly.planes.centre[f], None)
         region = Polygon(face.flat(corners))
+        least, grid = SLIVER * region.area, _grid(region)
         for normal, patch, gap in joints.get(block, ()):
             near = np.abs(face.height(patch)).max() <= gap + ON * assembly.size[block]
             if normal @ face.normal > ALONG and near:
-                region = region.difference(MultiPoint(face.flat(patch)).convex_hull)
-        if region.area > 0:
+                region = region.difference(MultiPoint(face.flat(patch)).convex_hull, grid_size=grid)
+        if region.area > least:
             found.append(Face(block, frame, face.origin, region))
     return found
+
+
+def _grid(region: Any) -> float:
+    """Width of the grid on which a region is cut, a power of two, on which round numbers lie [m]."""
+    return GRID * 2.0 ** math.frexp(region.length)[1]
 
 
 def _joints(interfaces: Interfaces, blocks: Ints) -> dict[int, list[tuple[Floats, Floats, float]]]:

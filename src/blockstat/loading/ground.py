@@ -13,9 +13,9 @@ import numpy as np
 
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.loading.faces import ON, Face, rings, selected, up_of, wrenches
+from blockstat.loading.faces import ON, SLIVER, Face, rings, selected, up_of, wrenches
 from blockstat.loading.on_faces import facing
-from blockstat.loads import three
+from blockstat.loads import numbers, three
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -48,7 +48,8 @@ def fluid_pressure(
     unit_weight : float
         Of the fluid or the earth [N/m3].
     towards : sequence of float, shape (3,)
-        Where the loaded faces look: into the fluid. All faces that look this way at all are loaded.
+        Where the loaded faces look: into the fluid. All are loaded but those along it, which lean this way by a cosine
+        of less than 1e-3, as rounding makes them.
     coefficient : float, optional
         K: 1 for a fluid; of active earth pressure or of that at rest for earth [-].
     surcharge : float, optional
@@ -134,7 +135,8 @@ def fill_load(
 
     Notes
     -----
-    The load is vertical. The fill has no strength and resists nothing.
+    The load is vertical. The fill has no strength and resists nothing. Upright faces, which look up by a cosine of less
+    than 1e-3, as rounding makes them, carry none.
 
     Examples
     --------
@@ -249,7 +251,7 @@ def dispersed(
     depth = [place @ up - height for _, height in below(faces, place, up)]
     if not depth or max(depth) < -ON * float(assembly.size.max()):
         raise InputError(f"no free face of these blocks lies below the point {place.tolist()}")
-    sides = np.asarray(footprint, dtype=float) + 2 * spread * max(min(depth), 0.0)
+    sides = numbers(footprint) + 2 * spread * max(min(depth), 0.0)
     if sides.shape != (2,) or not (sides > 0).all():
         raise InputError(f"the load at {place.tolist()} has an area of {sides.tolist()} m below; both must be above 0")
     plan = _plan(up)
@@ -318,8 +320,8 @@ def _below(face: Face, up: Floats, level: float) -> Face:
         return face if room > 0 else Face(face.block, face.frame, face.origin, Polygon())
     # In the face, along its line of slope: below is what lies on one side of a line.
     along, across = slope / steep, np.array([-slope[1], slope[0]]) / steep
-    far = 2.0 * max(abs(value) for value in face.region.bounds) + abs(room) / steep + 1.0
-    corners = np.array([(x, y) for x, y in box(-far, -far, room / steep, far).exterior.coords])
+    far = 2.0 * max(abs(value) for value in face.region.bounds)
+    corners = np.array(box(-far, -far, min(max(room / steep, -far), far), far).exterior.coords)
     return face.within(Polygon(corners @ np.stack([along, across])))
 
 
@@ -334,9 +336,11 @@ def _check_single(assembly: Assembly, faces: Sequence[Face]) -> None:
         flat = [
             Polygon((face.origin + ring @ face.frame[1:]) @ plan.T) for ring, sign in rings(face.region) if sign > 0
         ]
-        shapes.append(MultiPolygon(flat).buffer(0))
-    for i, j in zip(*STRtree(shapes).query(shapes), strict=True):
-        if i < j and shapes[i].intersection(shapes[j]).area > ON * min(shapes[i].area, shapes[j].area):
+        # Drawn in: what meets along a line, or by what rounding makes of it, does not lie above each other.
+        whole = MultiPolygon(flat)
+        shapes.append(whole.buffer(-SLIVER * whole.length))
+    for i, j in zip(*STRtree(shapes).query(shapes, predicate="intersects"), strict=True):
+        if i < j:
             names = " and ".join(f'"{assembly.names[faces[k].block]}"' for k in (i, j))
             raise InputError(f"free faces of {names} lie above each other; name the group that carries the load")
 

@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loading.faces import ON, TOWARDS, Face, free_faces, selected, wrenches
-from blockstat.loads import three
+from blockstat.loads import as_points, three
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def facing(
     interfaces
         Where blocks touch; searched for when None.
     steepest
-        How far from it a face may look [degrees].
+        How far from it a face may look [degrees]; those along it, by a cosine of less than `TOWARDS`, are left out.
 
     Returns
     -------
@@ -186,7 +186,7 @@ def patch_load(
     Raises
     ------
     InputError
-        Where the polygon does not lie on free faces, or is none.
+        Where the polygon does not lie on free faces, encloses no area, or has edges that cross.
 
     Examples
     --------
@@ -198,15 +198,12 @@ def patch_load(
     """
     from shapely import Polygon
 
-    outline = np.asarray(corners, dtype=float)
-    if outline.ndim != 2 or outline.shape[0] < 3 or outline.shape[1] != 3 or not np.isfinite(outline).all():
-        raise InputError(
-            f"patch has corners of shape {outline.shape}; three or more points of three numbers are needed"
-        )
-    force = three(pressure, "pressure")
+    outline, force = as_points(corners, "corners of a patch", 3), three(pressure, "pressure")
     middle = outline.mean(axis=0)
     _, extent, axes = np.linalg.svd(outline - middle, full_matrices=False)
-    if extent[1] > 0 and not Polygon((outline - middle) @ axes[:2].T).exterior.is_simple:
+    if extent[1] <= ON * extent[0]:
+        raise InputError("patch: its corners lie on a line; they must enclose an area")
+    if not Polygon((outline - middle) @ axes[:2].T).exterior.is_simple:
         raise InputError("patch: its edges cross; list its corners in order round it")
     vector = 0.5 * np.cross(outline - middle, np.roll(outline, -1, axis=0) - middle).sum(axis=0)
     whole = float(np.linalg.norm(vector))

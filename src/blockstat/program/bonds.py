@@ -17,7 +17,7 @@ import numpy as np
 
 from blockstat.contact.cells import centres
 from blockstat.contact.point_law import last_law
-from blockstat.program.equilibrium import Columns
+from blockstat.program.equilibrium import Columns, wrenches_between
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -116,3 +116,26 @@ def bond_forces(interfaces: Interfaces, rows: Ints, values: Floats) -> Bonds:
     parts = (columns.force, columns.couple if columns.couple is not None else 0 * columns.force)
     force, moment = (np.einsum("nci,nc->ni", part, values).reshape(-1, KINDS, 3).sum(axis=1) for part in parts)
     return Bonds(rows, force, moment)
+
+
+def bond_wrenches(assembly: Assembly, interfaces: Interfaces, bonds: Bonds | None) -> Floats:
+    """Return what bonds do to the blocks.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    interfaces
+        Their joints.
+    bonds
+        What the bonds carry; None without bonds.
+
+    Returns
+    -------
+    Floats
+        Wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
+    """
+    if bonds is None:
+        return np.zeros((assembly.n_blocks, 6))
+    rows = bonds.interface
+    return wrenches_between(assembly, interfaces.pair[rows], centres(interfaces, rows), bonds.force, bonds.moment)

@@ -172,6 +172,37 @@ def weight(assembly: Assembly) -> Floats:
     return load
 
 
+def wrenches_between(
+    assembly: Assembly, pair: Ints, point: Floats, force: Floats, couple: Floats | float = 0.0
+) -> Floats:
+    """Return what forces between two blocks do to both.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    pair
+        Blocks a and b, shape (n, 2).
+    point
+        Where the forces act, shape (n, 3) [m].
+    force
+        On block b, their opposites on block a, shape (n, 3) [N].
+    couple
+        Moment on block b besides that of the force, shape (n, 3) [N m].
+
+    Returns
+    -------
+    Floats
+        Wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
+    """
+    load = np.zeros((assembly.n_blocks, 6))
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        block = pair[:, side]
+        moment = np.cross(point - assembly.centroid[block], force) + couple
+        np.add.at(load, block, sign * np.hstack([force, moment]))
+    return load
+
+
 def split_floating(assembly: Assembly, pairs: Ints) -> tuple[Ints, Ints]:
     """Split the free blocks into those that a chain of joints ties to a support and those that nothing holds.
 

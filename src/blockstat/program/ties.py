@@ -19,7 +19,7 @@ import numpy as np
 from blockstat.errors import InputError
 from blockstat.joint import Tie
 from blockstat.loads import on_block
-from blockstat.program.equilibrium import Columns
+from blockstat.program.equilibrium import Columns, wrenches_between
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -41,6 +41,23 @@ def tied_pairs(assembly: Assembly) -> Ints:
     """
     pairs = [assembly.blocks_named(tie.between, tie.label) for tie in assembly.ties]
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def bearing_ties(assembly: Assembly) -> tuple[Tie, ...]:
+    """Return the ties that act on a block that is no support.
+
+    Parameters
+    ----------
+    assembly
+        The blocks and their ties.
+
+    Returns
+    -------
+    tuple of Tie
+        In their order; a tie between two supports is not among them.
+    """
+    pairs = zip(assembly.ties, tied_pairs(assembly), strict=True)
+    return tuple(tie for tie, pair in pairs if not assembly.support[pair].all())
 
 
 def check_anchors(assembly: Assembly) -> None:
@@ -88,6 +105,23 @@ def tie_columns(assembly: Assembly, ties: Sequence[Tie]) -> Columns:
     return Columns(point=ends[:, 1], pair=pairs, force=force)
 
 
+def given_wrenches(assembly: Assembly) -> Floats:
+    """Return what the ties whose forces are given do to the blocks.
+
+    Parameters
+    ----------
+    assembly
+        The blocks and their ties.
+
+    Returns
+    -------
+    Floats
+        Wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
+    """
+    given = [tie for tie in assembly.ties if tie.constant]
+    return tie_wrenches(assembly, given, np.array([tie.least for tie in given]))
+
+
 def tie_wrenches(assembly: Assembly, ties: Sequence[Tie], force: Floats) -> Floats:
     """Return what ties do to the blocks.
 
@@ -105,10 +139,5 @@ def tie_wrenches(assembly: Assembly, ties: Sequence[Tie], force: Floats) -> Floa
     Floats
         Wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
     """
-    columns, load = tie_columns(assembly, ties), np.zeros((assembly.n_blocks, 6))
-    pull = force[:, None] * columns.force[:, 0]
-    for side, sign in ((0, -1.0), (1, 1.0)):
-        block = columns.pair[:, side]
-        arm = columns.point - assembly.centroid[block]
-        np.add.at(load, block, np.hstack([sign * pull, np.cross(arm, sign * pull)]))
-    return load
+    columns = tie_columns(assembly, ties)
+    return wrenches_between(assembly, columns.pair, columns.point, force[:, None] * columns.force[:, 0])

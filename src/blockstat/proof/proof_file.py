@@ -18,7 +18,7 @@ from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.certificate.check import balance, point_slack
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, known_options
-from blockstat.loads import as_load
+from blockstat.loads import Loads, as_load
 from blockstat.proof.centre import centred_forces
 from blockstat.proof.connectors import connector_forces
 from blockstat.proof.exact_check import Power, admissible
@@ -125,7 +125,7 @@ def prove(
     *,
     friction: float | None = None,
     gravity: Any = None,
-    loads: Floats | None = None,
+    loads: Loads | None = None,
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
@@ -178,7 +178,7 @@ def prove(
     return prove_limit(found, load, loads=loads, problem=problem)
 
 
-def prove_verdict(verdict: Verdict, *, loads: Floats | None = None, problem: Problem | None = None) -> ProofFile:
+def prove_verdict(verdict: Verdict, *, loads: Loads | None = None, problem: Problem | None = None) -> ProofFile:
     """Prove a verdict in rational numbers.
 
     Parameters
@@ -221,7 +221,7 @@ def prove_verdict(verdict: Verdict, *, loads: Floats | None = None, problem: Pro
 
 
 def prove_limit(
-    limit: LimitLoad, load: Any, *, loads: Floats | None = None, problem: Problem | None = None
+    limit: LimitLoad, load: Any, *, loads: Loads | None = None, problem: Problem | None = None
 ) -> ProofFile:
     """Prove both bounds of a limit load in rational numbers.
 
@@ -270,7 +270,7 @@ def prove_limit(
     return _file(ProofOutcome.LIMIT, found, proof)
 
 
-def _posed(assembly: Assembly, interfaces: Interfaces, loads: Floats | None) -> Problem:
+def _posed(assembly: Assembly, interfaces: Interfaces, loads: Loads | None) -> Problem:
     return pose(assembly, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=interfaces)
 
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.problem import Problem
+from blockstat.analysis.problem import Problem, checked_loads
 from blockstat.contact.point_law import PointLaw, point_law
+from blockstat.loads import Loads
 from blockstat.program.ties import tie_wrenches
 from blockstat.proof.connectors import Connector, connectors
 from blockstat.proof.places import contact_places
@@ -83,7 +84,7 @@ class Structure:
         return left
 
 
-def structure(problem: Problem, loads: Floats | None, live: Floats | None) -> Structure:
+def structure(problem: Problem, loads: Loads | None, live: Floats | None) -> Structure:
     """Write down a problem exactly.
 
     Parameters
@@ -111,7 +112,7 @@ def structure(problem: Problem, loads: Floats | None, live: Floats | None) -> St
     law = point_law(assembly, interfaces)
     lawful = bool(law.shift.any() or law.floor.any() or np.isfinite(law.cap).any())
     on, distance, sine = contact_places(blocks, interfaces)
-    loads = _with_given_ties(assembly, loads)
+    acting = _with_given_ties(assembly, None if loads is None else checked_loads(assembly, loads))
     pair = interfaces.pair[interfaces.point_interface]
     point, normal = exact(interfaces.point), exact(interfaces.frame[:, 0])[interfaces.point_interface]
     gravity, density, centre = exact(assembly.gravity), exact(assembly.density), exact(assembly.centroid)
@@ -124,7 +125,7 @@ def structure(problem: Problem, loads: Floats | None, live: Floats | None) -> St
         if not assembly.support[k]:
             mass, moment = solid.weigh(density[k])
             dead[k] = np.concatenate([mass * gravity, np.cross(moment, gravity)])
-            for key, load, total in (("dead", loads, dead), ("live", live, live_exact)):
+            for key, load, total in (("dead", acting, dead), ("live", live, live_exact)):
                 if load is not None and load[k].any():
                     force, couple = exact(load[k]).reshape(2, 3)
                     wrench = np.concatenate([force, couple + np.cross(centre[k], force)])

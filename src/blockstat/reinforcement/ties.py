@@ -14,7 +14,7 @@ from blockstat.assembly import Block
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.joint import Tie
-from blockstat.loads import as_load, on_block, three
+from blockstat.loads import as_load, as_points, numbers, on_block, three
 from blockstat.program.ties import tie_columns, tied_pairs
 from blockstat.result import Result, Sentence, counted, finite
 from blockstat.typing import Floats
@@ -170,7 +170,8 @@ def tie_gain(
     """Return by how much each of some ties would raise a limit load multiplier, for each newton of its force.
 
     It is the slope at no force, and an upper bound for any force: the multiplier is concave in the force that a tie may
-    have. A tie that is anchored in single stones soon pulls these out, and then gains nothing more. `force` tells.
+    have. A tie that may be slack lowers no limit: where the mechanism shortens it, the slope is zero. A tie that is
+    anchored in single stones soon pulls these out, and then gains nothing more. `force` tells.
 
     Parameters
     ----------
@@ -235,7 +236,7 @@ def tie_gain(
         block = columns.pair[:, side]
         velocity = motion[block, :3] + np.cross(motion[block, 3:], columns.point - assembly.centroid[block])
         gain += sign * np.einsum("ij,ij->i", columns.force[:, 0], velocity)
-    return gain
+    return np.where([tie.least == 0 for tie in ties], np.maximum(gain, 0.0), gain)
 
 
 def tendon_load(assembly: Assembly, blocks: Sequence[int | str], points: Any, force: float) -> Floats:
@@ -274,9 +275,9 @@ def tendon_load(assembly: Assembly, blocks: Sequence[int | str], points: Any, fo
     >>> tendon_load(row, ["a", "b"], [(0, 0.5, 0.5), (2, 0.5, 0.5)], 100.0)[:, :3].tolist()
     [[100.0, 0.0, 0.0], [-100.0, 0.0, 0.0]]
     """
-    corners = np.asarray(points, dtype=float)
-    if corners.ndim != 2 or corners.shape != (len(blocks), 3) or len(blocks) < 2 or not np.isfinite(corners).all():
-        raise InputError(f"tendon: points have shape {corners.shape}; one point of three numbers a block, two at least")
+    corners = as_points(points, "tendon", 2)
+    if len(corners) != len(blocks):
+        raise InputError(f"tendon: it has {len(corners)} points on {len(blocks)} blocks; one point a block is needed")
     if not (np.isfinite(force) and force > 0):
         raise InputError(f"tendon: force is {force!r}; it must be above 0")
     steps = np.diff(corners, axis=0)
@@ -341,7 +342,7 @@ def anchor_plate(
     from blockstat.model.solids import box
 
     normal = three(outward, "outward")
-    half = np.asarray(sides, dtype=float) / 2
+    half = numbers(sides) / 2
     if half.shape != (2,) or not (half > 0).all() or not thickness > 0 or not normal.any():
         raise InputError(f"plate: sides {sides!r} and thickness {thickness!r} must be above 0, and outward not zero")
     normal = normal / np.linalg.norm(normal)

@@ -1,7 +1,8 @@
 """An assembly with its corners in slightly other places, and its joints taken along.
 
 All corners of blocks that lie at one place move together. Contact points and normals follow as in
-`blockstat.sensitivity.vertices`, so nothing is searched for and every joint stays. Exact to first order in the
+`blockstat.sensitivity.vertices`, so nothing is searched for and every joint stays. The ends of ties stay where they are
+drawn, a little off a face that moves. Exact to first order in the
 displacement over the size of the blocks; where the faces stay plane and the contact points are corners, exact.
 """
 
@@ -17,6 +18,7 @@ from scipy.sparse import csr_array
 from blockstat.assembly import Assembly
 from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import Interfaces
+from blockstat.program.ties import check_anchors
 from blockstat.sensitivity.vertices import PointGradient, edges_at, joint_sides, point_carriers, shared_points
 from blockstat.typing import Floats, Ints
 
@@ -38,6 +40,9 @@ class MovedCorners:
 
     assembly: Assembly  #: as drawn
     interfaces: Interfaces  #: its joints
+
+    def __post_init__(self) -> None:
+        check_anchors(self.assembly)
 
     @cached_property
     def _labels(self) -> tuple[Ints, Ints]:
@@ -119,7 +124,7 @@ class MovedCorners:
         by_vertex = by_corner[label]
         moved = self.assembly.vertices + by_vertex
         point = interfaces.point + (self._carried @ by_vertex.ravel()).reshape(-1, 3)
-        changed = replace(interfaces, point=point, frame=_turned(interfaces.frame, self._normals(moved)))
+        changed = replace(interfaces, point=point, frame=_turned(interfaces.frame, self._normals(moved)), moved=True)
         return self.assembly.with_(vertices=moved), changed
 
     def gathered(self, gradient: PointGradient) -> Floats:

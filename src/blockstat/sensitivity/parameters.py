@@ -7,7 +7,8 @@ equilibrium residual, with the forces in their joints' frames and the mechanism 
     d (1/2 |s|^2) / d theta = u' d(A (f - E s) + w) / d theta.
 
 The derivative of the residual is taken by central differences on the rebuilt geometry, which costs two interface
-searches a parameter and no solve.
+searches a parameter and no solve. The forces of ties are fixed as well, at their bound where they have reached one, and
+count with the load w.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.contact.point_law import point_law
 from blockstat.errors import InputError
 from blockstat.loads import acceleration
-from blockstat.program.equilibrium import equilibrium, weight
+from blockstat.program.bonds import bond_wrenches
+from blockstat.program.equilibrium import weight, wrenches_between
+from blockstat.program.ties import given_wrenches, tie_wrenches
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -66,7 +69,7 @@ def limit_load_gradient(
     Raises
     ------
     InputError
-        When there is no limit, or when a small step changes which blocks touch.
+        When there is no limit, or when a small step changes which blocks touch or how many ties there are.
 
     Examples
     --------
@@ -86,7 +89,7 @@ def limit_load_gradient(
     multiplier, twist = pinned(limit, load(assembly))
 
     def residual(changed: Assembly, interfaces: Interfaces) -> Floats:
-        total = weight(changed) + multiplier * load(changed)
+        total = _dead_load(changed, limit) + multiplier * load(changed)
         return _residual(changed, interfaces, _shifted(changed, interfaces, limit, limit.forces), total)
 
     def change(changed: Assembly, interfaces: Interfaces) -> float:
@@ -122,8 +125,9 @@ def pinned(limit: LimitLoad, load: Floats, loads: Floats | None = None) -> tuple
     if limit.outcome is not LoadOutcome.LIMIT:
         raise InputError(f"no limit load to differentiate: {limit.outcome.value}")
     assembly = limit.assembly
-    total = weight(assembly) + limit.lower * load + (0.0 if loads is None else loads)
-    rest = _residual(assembly, limit.interfaces, limit.forces, total)[:, :3]
+    total = _dead_load(assembly, limit) + limit.lower * load + (0.0 if loads is None else loads)
+    bonds = bond_wrenches(assembly, limit.interfaces, limit.bonds)
+    rest = _residual(assembly, limit.interfaces, limit.forces, total + bonds)[:, :3]
     if np.abs(rest).max() > BALANCE * np.abs(total).max():
         raise InputError("the limit is not that of this load: its forces do not balance the weight and the load")
     return (limit.lower + limit.upper) / 2, limit.mechanism / float((limit.mechanism * load).sum())
@@ -151,15 +155,33 @@ def penalty_optimum(verdict: Verdict) -> tuple[Floats, Floats]:
 
     Notes
     -----
-    At the optimum |s|^2 = w'u, which gives the mechanism its size; what joints hold in tension counts with the load w.
+    At the optimum |s|^2 = w'u, which gives the mechanism its size; what joints hold in tension counts with the load w,
+    and so does what ties pull.
     """
     if not np.isfinite(verdict.score):
         raise InputError("the score is infinite: no adhesion at the joints could hold this design")
     assembly, faces, normal = verdict.assembly, verdict.interfaces, np.array([1.0, 0.0, 0.0])
     held = -point_law(assembly, faces).shift[:, None] * normal
-    load = _residual(assembly, faces, held, weight(assembly))
+    load = _residual(assembly, faces, held, _dead_load(assembly, verdict))
     twist = verdict.mechanism * float(verdict.adhesion @ verdict.adhesion) / float((verdict.mechanism * load).sum())
     return twist, verdict.forces - verdict.adhesion[:, None] * normal
+
+
+def score_load(assembly: Assembly) -> Floats:
+    """Return the forces of whose sum of magnitudes a score is a share.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+
+    Returns
+    -------
+    Floats
+        Weight and given forces of ties, shape (n_blocks, 3) [N]; zero on supports.
+    """
+    load = (weight(assembly) + given_wrenches(assembly))[:, :3]
+    return np.where(assembly.support[:, None], 0.0, load)
 
 
 def stone_sensitivity(limit: LimitLoad, direction: Sequence[float], *, pushed: bool = True) -> Floats:
@@ -232,7 +254,7 @@ def score_gradient(
     Raises
     ------
     InputError
-        For an infinite score, or when a small step changes which blocks touch.
+        For an infinite score, or when a small step changes which blocks touch or how many ties there are.
 
     Examples
     --------
@@ -252,12 +274,12 @@ def score_gradient(
     if verdict.outcome is Outcome.STABLE:
         return verdict, dict.fromkeys(values, 0.0)
     twist, net = penalty_optimum(verdict)
-    tension = float(np.linalg.norm(verdict.adhesion))
+    tension, total = float(np.linalg.norm(verdict.adhesion)), _total(score_load(assembly))
 
     def score_change(changed: Assembly, interfaces: Interfaces) -> float:
         forces = _shifted(changed, interfaces, verdict, net)
-        energy = float((twist * _residual(changed, interfaces, forces, weight(changed))).sum())
-        return energy / tension / assembly.free_weight - verdict.score * changed.free_weight / assembly.free_weight
+        energy = float((twist * _residual(changed, interfaces, forces, _dead_load(changed, verdict))).sum())
+        return (energy / tension - verdict.score * _total(score_load(changed))) / total
 
     return verdict, _differences(make, values, verdict.interfaces, score_change, joints)
 
@@ -305,9 +327,26 @@ def _shifted(changed: Assembly, interfaces: Interfaces, result: LimitLoad | Verd
     return forces - more[:, None] * np.array([1.0, 0.0, 0.0])
 
 
+def _dead_load(changed: Assembly, result: LimitLoad | Verdict) -> Floats:
+    """Weight and what ties pull, each as far from its bound as in the result, shape (n_blocks, 6) [N, N m]."""
+    ties, pulls = result.assembly.ties, [] if result.ties is None else result.ties
+    if len(changed.ties) != len(ties):
+        raise InputError("a small step changes how many ties there are; there is no derivative here")
+    force = []
+    for old, new, pull in zip(ties, changed.ties, pulls, strict=True):
+        bound = "least" if pull - old.least < old.greatest - pull else "greatest"
+        force.append(pull + getattr(new, bound) - getattr(old, bound))
+    return weight(changed) + tie_wrenches(changed, changed.ties, np.array(force))
+
+
+def _total(forces: Floats) -> float:
+    return float(np.linalg.norm(forces, axis=1).sum())
+
+
 def _residual(assembly: Assembly, interfaces: Interfaces, forces: Floats, load: Floats) -> Floats:
-    """Unbalanced wrench on each block under forces fixed in their joints' frames, shape (n_blocks, 6) [N, N m]."""
-    eq = equilibrium(assembly, interfaces, load, assembly.free, np.arange(interfaces.n_points))
-    total = np.zeros((assembly.n_blocks, 6))
-    total[eq.blocks] = (eq.matrix @ forces.reshape(-1)).reshape(-1, 6) + load[eq.blocks]
+    """Unbalanced wrench on each free block, forces fixed in their joints' frames, shape (n_blocks, 6) [N, N m]."""
+    k = interfaces.point_interface
+    force = np.einsum("nij,ni->nj", interfaces.frame[k], forces)
+    total = load + wrenches_between(assembly, interfaces.pair[k], interfaces.point, force)
+    total[assembly.support] = 0.0
     return total

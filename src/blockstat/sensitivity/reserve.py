@@ -18,10 +18,11 @@ from typing import Any
 import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad
+from blockstat.analysis.problem import checked_loads
 from blockstat.analysis.verdict import relative_motion
 from blockstat.errors import InputError, check_choice
 from blockstat.imperfection.lost_edges import edge_speeds
-from blockstat.loads import as_load
+from blockstat.loads import Loads, as_load, weighted
 from blockstat.sensitivity.parameters import pinned
 from blockstat.sensitivity.vertices import PointGradient, field_of, point_gradient
 from blockstat.typing import Floats
@@ -86,7 +87,7 @@ class ReserveMap:
         return [(names[k], float(value[k])) for k in order if abs(value[k]) > floor]
 
 
-def reserve_map(limit: LimitLoad, load: Any, *, loads: Floats | None = None, corners: bool = True) -> ReserveMap:
+def reserve_map(limit: LimitLoad, load: Any, *, loads: Loads | None = None, corners: bool = True) -> ReserveMap:
     """Return the derivatives of a limit load by what each joint loses, its friction, each density and each corner.
 
     Parameters
@@ -97,7 +98,7 @@ def reserve_map(limit: LimitLoad, load: Any, *, loads: Floats | None = None, cor
         The load it is the limit of, as in `blockstat.limit_load`. Three numbers are an acceleration, which follows the
         masses; wrenches stay what they are.
     loads
-        Its permanent loads, shape (n_blocks, 6) [N, N m].
+        Its permanent loads, as in `blockstat.limit_load`; a factor on the weight follows the masses.
     corners
         Whether the derivative by corners is asked for, which takes longer than the others.
 
@@ -127,8 +128,9 @@ def reserve_map(limit: LimitLoad, load: Any, *, loads: Floats | None = None, cor
     if any(law.strong for law in assembly.joints):
         raise InputError("joints whose strength goes with their area have no map of the reserve; friction alone does")
     pushed = as_load(assembly, load)
-    multiplier, twist = pinned(limit, pushed, loads)
-    field = field_of(assembly, load, multiplier)
+    multiplier, twist = pinned(limit, pushed, checked_loads(assembly, loads))
+    factor = 1.0 if loads is None else weighted(loads).weight
+    field = field_of(assembly, load, multiplier) + (factor - 1.0) * assembly.gravity
     k = faces.point_interface
     a, b = faces.pair[k].T
     slip = relative_motion(assembly, faces, twist)

@@ -11,8 +11,8 @@ touching. Its motion changes volumes, centroids and so weights and loads; turns 
 points along. The frame of a patch turns with the Newell normals of its faces, half by each side, that of an edge or a
 corner on a face with the normal of that face, and that of two edges a and b that cross with a x b. A contact point at a
 corner of a block goes where the corner goes. One at the crossing of two edges stays at their crossing; where the edges
-of a rough mesh run together, it goes with their mean. Faces may go warped to first order: volumes are then those of the
-faces split about their mean corner, as everywhere in this package.
+of a rough mesh run together, it goes with their mean. The ends of ties stay where they are. Faces may go warped to
+first order: volumes are then those of the faces split about their mean corner, as everywhere in this package.
 
 Where a corner lies on another block's edge, moving it one way drags the contact point along and moving it the other
 way may not: the derivative is that of motions after which it still lies there. For a motion of all points that
@@ -36,7 +36,8 @@ from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import next_in_face
 from blockstat.loads import acceleration
-from blockstat.sensitivity.parameters import penalty_optimum, pinned
+from blockstat.program.ties import tie_wrenches
+from blockstat.sensitivity.parameters import penalty_optimum, pinned, score_load
 from blockstat.typing import Floats, Ints
 
 #: Corners of different blocks this close, relative to the smallest block, are one point.
@@ -49,7 +50,7 @@ ALONG = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class PointGradient:
-    """A value and its derivative by the places of all shared points."""
+    """A value and its derivative by the places of all shared points; the ends of ties stay where they are."""
 
     value: float  #: limit load multiplier, or score
     points: Floats  #: shape (n_points, 3) [m]
@@ -190,7 +191,7 @@ def point_gradient(
     PointGradient
         In 1/m.
     """
-    by_vertex, _ = _by_vertex(limit.assembly, limit.interfaces, twist, limit.forces, field)
+    by_vertex, _ = _by_vertex(limit, twist, limit.forces, field)
     return _gathered(limit.assembly, multiplier, -by_vertex, tolerance)
 
 
@@ -232,9 +233,11 @@ def score_by_point(verdict: Verdict, *, tolerance: float = SHARED) -> PointGradi
     twist, net = penalty_optimum(verdict)
     tension = float(np.linalg.norm(verdict.adhesion))
     field = np.broadcast_to(assembly.gravity, (assembly.n_blocks, 3))
-    energy, mass = _by_vertex(assembly, verdict.interfaces, twist, net, field)
-    heavier = mass * float(np.linalg.norm(assembly.gravity))
-    change = (energy / tension - verdict.score * heavier) / assembly.free_weight
+    energy, mass = _by_vertex(verdict, twist, net, field)
+    load = score_load(assembly)
+    size = np.linalg.norm(load, axis=1)
+    heavier = mass * (load @ assembly.gravity / np.where(size > 0, size, 1.0))[assembly.vertex_block, None]
+    change = (energy / tension - verdict.score * heavier) / size.sum()
     return _gathered(assembly, verdict.score, change, tolerance)
 
 
@@ -245,13 +248,12 @@ def _gathered(assembly: Assembly, value: float, by_vertex: Floats, tolerance: fl
     return PointGradient(value, points, label, gradient)
 
 
-def _by_vertex(
-    assembly: Assembly, interfaces: Interfaces, twist: Floats, forces: Floats, field: Floats
-) -> tuple[Floats, Floats]:
+def _by_vertex(result: LimitLoad | Verdict, twist: Floats, forces: Floats, field: Floats) -> tuple[Floats, Floats]:
     """Derivatives by each vertex of u'(A f + m field) and of the free blocks' mass, each shape (n_vertices, 3).
 
     field : acceleration on each block, shape (n_blocks, 3) [m/s2].
     """
+    assembly, interfaces = result.assembly, result.interfaces
     if any(set(law.as_dict()) - {"between", "friction"} for law in assembly.joints):
         raise InputError("joints with strengths or bonds, which are shared by area, have no derivative by corners")
     k, first = interfaces.point_interface, interfaces.start[:-1]
@@ -264,6 +266,8 @@ def _by_vertex(
     world = np.einsum("nij,ni->nj", interfaces.frame[k], slip)
     by_normal = np.cross(np.add.reduceat(np.cross(force, world), first), interfaces.frame[:, 0])
     on_block = np.zeros((assembly.n_blocks, 3))
+    if result.ties is not None:
+        on_block += tie_wrenches(assembly, assembly.ties, result.ties)[:, :3]
     np.add.at(on_block, b, force)
     np.subtract.at(on_block, a, force)
     by_centroid = -np.cross(on_block, twist[:, 3:])
@@ -272,10 +276,10 @@ def _by_vertex(
     block = assembly.vertex_block
     volume, centroid = _integrals_by_vertex(assembly)
     mass = np.where(assembly.support, 0.0, assembly.density)[block, None] * volume
-    result = by_mass[block, None] * mass + np.einsum("nij,nj->ni", centroid, by_centroid[block])
+    change = by_mass[block, None] * mass + np.einsum("nij,nj->ni", centroid, by_centroid[block])
     for number in range(interfaces.n_interfaces):
-        _add_joint(result, assembly, interfaces, number, by_contact, by_normal[number])
-    return result, mass
+        _add_joint(change, assembly, interfaces, number, by_contact, by_normal[number])
+    return change, mass
 
 
 def _integrals_by_vertex(assembly: Assembly) -> tuple[Floats, Floats]:

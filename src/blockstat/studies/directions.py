@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.limit_load import DILATES, UNBOUNDED, LimitLoad, LoadOutcome, limit_load
+from blockstat.analysis.limit_load import DILATES, TOLERANCE, UNBOUNDED, LimitLoad, LoadOutcome, limit_load
 from blockstat.analysis.problem import pose
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
@@ -32,6 +32,8 @@ MOST_DIRECTIONS = 3600  #: a tenth of a degree apart
 NARROW, FURTHER = 1e-3, 8
 #: What counts as the same direction [rad].
 SAME = 1e-6
+#: Outcomes whose bounds are not as close as was asked.
+OPEN = (LoadOutcome.UNDECIDED, LoadOutcome.STOPPED)
 
 
 class DirectionOutcome(Sentence):
@@ -45,7 +47,10 @@ class DirectionOutcome(Sentence):
 
 @dataclass(frozen=True, eq=False)
 class DirectionalLimits(Result):
-    """Limit loads over the horizon, and a bracket of the least of all directions."""
+    """Limit loads over the horizon, and a bracket of the least of all directions.
+
+    All of it is with associated friction but `coulomb_least` and `weakest_coulomb`.
+    """
 
     angles: Floats  #: shape (n,) [rad], from +x (or its horizontal part) towards +y, ascending
     directions: Floats  #: shape (n, 3), unit vectors at right angles to gravity
@@ -62,10 +67,15 @@ class DirectionalLimits(Result):
         if LoadOutcome.DEAD_LOAD_UNSTABLE in found:
             return DirectionOutcome.DEAD_LOAD_UNSTABLE
         # Wide bounds do not matter in a direction that is proven to carry more than the weakest one.
-        unproven = [limit for limit in self.limits if limit.outcome is LoadOutcome.UNDECIDED]
+        unproven = [limit for limit in self.limits if limit.outcome in OPEN]
         if any(limit.lower < self.least.upper or limit is self.least for limit in unproven):
             return DirectionOutcome.UNDECIDED
         return DirectionOutcome.UNBOUNDED if found == {LoadOutcome.UNBOUNDED} else DirectionOutcome.LIMIT
+
+    @property
+    def has_limits(self) -> bool:
+        """Whether there is a limit load: the assembly stands, and not every direction is unbounded."""
+        return self.outcome not in (DirectionOutcome.DEAD_LOAD_UNSTABLE, DirectionOutcome.UNBOUNDED)
 
     @property
     def lower(self) -> Floats:
@@ -85,15 +95,24 @@ class DirectionalLimits(Result):
     @property
     def weakest(self) -> int:
         """Number of the direction with the least multiplier; the first of equal ones."""
-        values = self.upper
-        least = values.min()
-        equal = 1e-9 * abs(least) if np.isfinite(least) else 0.0  # -inf where what touches nothing is free
-        return int(np.flatnonzero(values <= least + equal)[0])
+        return _first_of_the_least(self.upper)
 
     @property
     def least(self) -> LimitLoad:
         """The limit load in the weakest direction."""
         return self.limits[self.weakest]
+
+    @property
+    def coulomb_least(self) -> Floats:
+        """Brackets without dilatancy, of the joints that carry least, shape (n, 2); nan where there are none."""
+        asked = any(limit.coulomb_kinds for limit in self.limits)
+        return np.array([_without_dilatancy(limit) if asked else (np.nan, np.nan) for limit in self.limits])
+
+    @property
+    def weakest_coulomb(self) -> int | None:
+        """Number of the direction, of those looked at, that carries least without dilatancy; None if not asked for."""
+        values = self.coulomb_least[:, 0]
+        return None if np.isnan(values).all() else _first_of_the_least(values)
 
     def explain(self) -> str:
         """Return the answer and its evidence in words, one fact a line.
@@ -105,23 +124,33 @@ class DirectionalLimits(Result):
         """
         lines = [self.outcome.value]
         if self.outcome is DirectionOutcome.LIMIT:
-            low, high = self.horizon
-            lines.append(f"Least: {self.least.upper:.6g} towards {self.names[self.weakest]}.")
-            lines.append(f"Over the whole horizon: {low:.6g} <= least multiplier <= {high:.6g}")
-            if self.least.coulomb is None:
-                lines.append(DILATES)
+            lines += self._least_words()
             width = max(map(len, self.names))
             lines += [
-                f"  {name:>{width}}  {limit.lower:.6g} to {limit.upper:.6g}{_beside(limit)}"
-                for name, limit in zip(self.names, self.limits, strict=True)
+                f"  {name:>{width}}  {limit.lower:.6g} to {limit.upper:.6g}{_beside(limit, bounds)}"
+                for name, limit, bounds in zip(self.names, self.limits, self.coulomb_least, strict=True)
             ]
         undecided: dict[str, list[str]] = {}
         for name, limit in zip(self.names, self.limits, strict=True):
-            for text in limit.warnings if limit.outcome is LoadOutcome.UNDECIDED else ():
+            for text in limit.warnings if limit.outcome in OPEN else ():
                 undecided.setdefault(text, []).append(name)
         lines += [f"Undecided towards {', '.join(names)}: {text}." for text, names in undecided.items()]
         told = [text for text in self.warnings if text not in undecided]
         return "\n".join([*lines, *(f"Warning: {text}" for text in told)])
+
+    def _least_words(self) -> list[str]:
+        """The least multiplier: without dilatancy where that was asked for, and with associated friction."""
+        (low, high), weakest, lines, basis = self.horizon, self.weakest_coulomb, [], ""
+        if weakest is not None:
+            bounds, basis = self.coulomb_least, " with associated friction"
+            (below, above), known = bounds[weakest], np.isfinite(bounds[:, 0]).sum()
+            lines.append(
+                f"Least without dilatancy, of {known} directions: {below:.5g} to {above:.5g} "
+                f"towards {self.names[weakest]}, in the kind of joints that carries least."
+            )
+        lines.append(f"Least{basis}: {self.least.upper:.6g} towards {self.names[self.weakest]}.")
+        lines.append(f"Over the whole horizon{basis}: {low:.6g} <= least multiplier <= {high:.6g}")
+        return lines if basis else [*lines, DILATES]
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON; infinite bounds are None.
@@ -129,9 +158,14 @@ class DirectionalLimits(Result):
         Returns
         -------
         dict
-            Values by name. "lower" and "upper" are those of the weakest direction.
+            Values by name. "lower", "upper", "least" and "horizon" are with associated friction, the first two those of
+            the weakest direction. "coulomb_least" is what the joints that carry least carry without dilatancy towards
+            "coulomb_towards", the weakest direction then; None if not asked for.
         """
-        rows = zip(self.names, np.rad2deg(self.angles), self.directions, self.limits, strict=True)
+        rows = zip(
+            self.names, np.rad2deg(self.angles), self.directions, self.limits, self.coulomb_least[:, 0], strict=True
+        )
+        weakest = self.weakest_coulomb
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
@@ -139,6 +173,8 @@ class DirectionalLimits(Result):
             "lower": finite(self.least.lower),
             "upper": finite(self.least.upper),
             "horizon": {"lower": finite(self.horizon[0]), "upper": finite(self.horizon[1])},
+            "coulomb_least": None if weakest is None else float(self.coulomb_least[weakest, 0]),
+            "coulomb_towards": None if weakest is None else self.names[weakest],
             "directions": [
                 {
                     "name": name,
@@ -149,8 +185,9 @@ class DirectionalLimits(Result):
                     "upper": finite(limit.upper),
                     "coulomb_lower": None if limit.coulomb is None else limit.coulomb[0],
                     "coulomb_upper": None if limit.coulomb is None else limit.coulomb[1],
+                    "coulomb_least": finite(carried),
                 }
-                for name, angle, direction, limit in rows
+                for name, angle, direction, limit, carried in rows
             ],
             "blocks": self.assembly.n_blocks,
             "warnings": list(self.warnings),
@@ -170,6 +207,7 @@ def limit_load_by_direction(
     interfaces: Interfaces | None = None,
     solver: str = "auto",
     flow: str = "associated",
+    tolerance: float = TOLERANCE,
     progress: Callable[[int, str, LimitLoad], None] | None = None,
 ) -> DirectionalLimits:
     """Find the largest horizontal acceleration that an assembly carries, in directions all round, and the least one.
@@ -182,7 +220,7 @@ def limit_load_by_direction(
         How many directions, evenly spread from +x on: a multiple of 4, so that +x, -x, +y and -y are among them.
     refine : bool, optional
         Look between the directions for the weakest one of all, until its bracket is narrow.
-    friction, gravity, loads, gap, interfaces, solver, flow
+    friction, gravity, loads, gap, interfaces, solver, flow, tolerance
         As in `blockstat.limit_load`.
     progress : callable, optional
         Called after each direction with how many are done, its name and its limit load.
@@ -202,7 +240,7 @@ def limit_load_by_direction(
     The set of horizontal accelerations that are carried is convex (associated flow). The least multiplier of all
     directions is the distance of the origin from the rim of this set. It lies between the distances of the polygon of
     the force fields and of the half-planes of the mechanisms. With flow="coulomb" no such bracket is known: `horizon`
-    is that of associated friction.
+    is that of associated friction, and `coulomb_least` has the directions that were looked at.
 
     Examples
     --------
@@ -226,8 +264,9 @@ def limit_load_by_direction(
     problem = pose(assembly, friction=friction, gravity=None, loads=loads, gap=gap, interfaces=interfaces)
 
     def limit(angle: float) -> LimitLoad:
-        options: dict[str, Any] = {"friction": friction, "loads": loads, "gap": gap, "solver": solver, "flow": flow}
-        found = limit_load(assembly, _towards(axes, angle), interfaces=problem.given, **options)
+        options: dict[str, Any] = {"friction": friction, "loads": loads, "gap": gap, "interfaces": problem.given}
+        options |= {"solver": solver, "flow": flow, "tolerance": tolerance}
+        found = limit_load(assembly, _towards(axes, angle), **options)
         done.append(angle)
         if progress is not None:
             progress(len(done), _name(angle), found)
@@ -292,10 +331,23 @@ def _name(angle: float) -> str:
     return f"{np.rad2deg(angle):.4g} deg"
 
 
-def _beside(limit: LimitLoad) -> str:
+def _first_of_the_least(values: Floats) -> int:
+    least = np.nanmin(values)
+    equal = 1e-9 * abs(least) if np.isfinite(least) else 0.0  # -inf where what touches nothing is free
+    return int(np.flatnonzero(values <= least + equal)[0])
+
+
+def _without_dilatancy(limit: LimitLoad) -> tuple[float, float]:
+    """The bracket of the joints that carry least; nothing is looked for below a limit of zero."""
+    if limit.coulomb_least is None and limit.outcome is LoadOutcome.LIMIT:
+        return 0.0, max(limit.upper, 0.0)
+    return limit.coulomb_least or (np.nan, np.nan)
+
+
+def _beside(limit: LimitLoad, bounds: Floats) -> str:
     if limit.outcome is not LoadOutcome.LIMIT:
         return f" ({limit.outcome.word})"
-    return "" if limit.coulomb is None else f", without dilatancy {limit.coulomb[0]:.5g} to {limit.coulomb[1]:.5g}"
+    return "" if np.isnan(bounds[0]) else f", without dilatancy {bounds[0]:.5g} to {bounds[1]:.5g}"
 
 
 def _least(angles: list[float], limits: list[LimitLoad], axes: Floats) -> tuple[float, float, float]:

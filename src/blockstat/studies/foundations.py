@@ -13,15 +13,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from blockstat.analysis.problem import Problem
-from blockstat.analysis.thrust import admissible, standing, support_indices, value
+from blockstat.analysis.thrust import admissible, power_on_supports, standing, support_indices
 from blockstat.analysis.verdict import corner_speed, relative_motion
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_vector, known_options
 from blockstat.joint import fits
-from blockstat.program.bonds import KINDS
+from blockstat.program.bonds import Bonds
 from blockstat.program.conic import conic_program
-from blockstat.program.equilibrium import Columns
 from blockstat.result import Result, Sentence, counted, finite, plain
 from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats, Ints
@@ -51,7 +50,7 @@ class Foundation(NamedTuple):
     name: str
     displacement: Floats  #: shape (3,) [m]
     joints: Ints  #: numbers of the interfaces on it
-    reaction: Floats  #: force of the assembly on it, shape (3,) [N]
+    reaction: Floats  #: force of the assembly on it, with bonds and ties, shape (3,) [N]
 
 
 class Crack(NamedTuple):
@@ -76,6 +75,7 @@ class Settlement(Result):
     displacement: float = 1.0  #: [m], of the foundation that moves furthest; all else is in proportion
     foundations: tuple[Foundation, ...] = ()
     ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
+    bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
 
     @property
     def outcome(self) -> SettlementOutcome:
@@ -235,6 +235,7 @@ def settle(
     -----
     Minimises -w' u over motions that no joint resists, with the supports' displacement given: the state of least
     potential energy. It is of first order: all values are in proportion to the displacement, at the geometry of rest.
+    Ties move with the supports that move whole, and count with contacts and bonds in the reactions.
 
     References
     ----------
@@ -257,17 +258,16 @@ def settle(
     problem, inside = standing(assembly, solver=solver, otherwise=FALLS_ANYWAY, **options)
     if not isinstance(moves, Mapping) or not moves:
         raise InputError(f'"{assembly.name}": no supports move; name them, as in {{"ground": (0, 0, -0.01)}}')
-    parts, whole = [], np.zeros((problem.assembly.n_blocks, 6))
+    parts = []
     for where, given in moves.items():
         displacement = check_vector(f"{_called(where)}: displacement", given)
         supports, joints = _part(problem, where)
-        whole[supports, :3] = displacement
-        parts.append(Foundation(_called(where), displacement, joints, np.zeros(3)))
-    counts = np.bincount(np.concatenate([part.joints for part in parts]), minlength=problem.interfaces.n_interfaces)
+        parts.append((Foundation(_called(where), displacement, joints, np.zeros(3)), supports))
+    counts = np.bincount(np.concatenate([part.joints for part, _ in parts]), minlength=problem.interfaces.n_interfaces)
     if (counts > 1).any():
         names = " and ".join(f'"{problem.assembly.names[i]}"' for i in problem.interfaces.pair[np.argmax(counts)])
         raise InputError(f"two moves share the joint of {names}; let each joint belong to one of them")
-    return _settled(problem, inside, parts, whole, solver)
+    return _settled(problem, inside, parts, solver)
 
 
 @known_options
@@ -326,64 +326,51 @@ def settlement(
     moving = support_indices(problem.assembly, supports)
     unit = check_vector("direction", direction)
     unit = unit / np.linalg.norm(unit)
-    whole = np.zeros((problem.assembly.n_blocks, 6))
-    whole[moving, :3] = unit
     joints = np.flatnonzero(_on_supports(problem) & np.isin(problem.interfaces.pair, moving).any(axis=1))
     part = Foundation("supports", unit, joints, np.zeros(3))
-    return replace(_settled(problem, inside, [part], whole, solver), foundations=())
+    return replace(_settled(problem, inside, [(part, moving)], solver), foundations=())
 
 
-def _settled(problem: Problem, inside: Floats, parts: Sequence[Foundation], whole: Floats, solver: str) -> Settlement:
-    """What follows when the supports move below the joints of each part; whole: the motion of whole supports."""
-    program, faces = problem.program, problem.interfaces
+def _settled(problem: Problem, inside: Floats, parts: Sequence[tuple[Foundation, Ints]], solver: str) -> Settlement:
+    """What follows when parts of the supports move; beside each stand the supports that move whole with it."""
+    program = problem.program
     assert program is not None
-    size = max(float(np.linalg.norm(part.displacement)) for part in parts)
-    imposed = np.zeros((faces.n_interfaces, 3))
-    for part in parts:
-        imposed[part.joints] = part.displacement / size
-    # The velocity of block b against block a: that of the support, or its opposite.
-    imposed *= np.where(problem.assembly.support[faces.pair[:, 1]], 1.0, -1.0)[:, None]
-    bonds = [np.repeat(problem.bonds, KINDS)] if len(problem.bonds) else []
-    of_columns = [faces.point_interface[problem.eq.points], *bonds]
-    rate = np.concatenate(
-        [
-            np.einsum("nij,nj->ni", columns.force, imposed[index])
-            for columns, index in zip(problem.eq.columns, of_columns, strict=False)
-        ]
-        + [_of_ties(columns, whole / size) for columns in problem.eq.columns[len(of_columns) :]]
-    ).reshape(-1)
-    moved = conic_program(program, -program.load, offset=rate)
+    size = max(float(np.linalg.norm(part.displacement)) for part, _ in parts)
+    moves = [_movement(problem, part.joints, own, part.displacement / size) for part, own in parts]
+    rate, whole = (np.sum([move[k] for move in moves], axis=0) for k in (0, 1))
+    moved = conic_program(program, -program.load, offset=rate.reshape(-1))
     answer = solve(moved, solver=solver)
     if answer.status.is_infeasible:
         raise InputError(f'"{problem.assembly.name}": the supports cannot move so; the blocks are jammed between them')
     force = admissible(problem, certificate.balance(program, answer.force), inside)
-    forces = problem.to_points(force)
     return Settlement(
-        mechanism=size * problem.to_blocks(answer.twist) + whole,
-        forces=forces,
-        reaction=value(problem, rate, force),  # the work of the forces on the supports is that of their relative motion
-        interfaces=faces,
+        mechanism=size * (problem.to_blocks(answer.twist) + whole),
+        forces=problem.to_points(force),
+        reaction=power_on_supports(problem, rate, whole, force),
+        interfaces=problem.interfaces,
         assembly=problem.assembly,
         warnings=problem.warnings,
         ties=problem.to_ties(force),
+        bonds=problem.to_bonds(force),
         displacement=size,
-        foundations=tuple(part._replace(reaction=_reaction(problem, part.joints, forces)) for part in parts),
+        foundations=tuple(part._replace(reaction=_reaction(problem, part.joints, own, force)) for part, own in parts),
     )
 
 
-def _of_ties(columns: Columns, whole: Floats) -> Floats:
-    """Rates at which supports that move whole carry the ends of ties apart, shape (n_ties, 3)."""
-    apart = whole[columns.pair[:, 1], :3] - whole[columns.pair[:, 0], :3]
-    return np.einsum("nij,nj->ni", columns.force, apart)
+def _movement(problem: Problem, joints: Ints, supports: Ints, velocity: Floats) -> tuple[Floats, Floats]:
+    """Rates of the program by supports that move below some joints, (m, 3), and their motion, (n_blocks, 6)."""
+    pair, support = problem.interfaces.pair, problem.assembly.support
+    apart, motion = np.zeros((len(pair), 3)), np.zeros((len(support), 6))
+    # The velocity of block b against block a: that of the support, or its opposite.
+    apart[joints] = np.where(support[pair[joints, 1]], 1.0, -1.0)[:, None] * velocity
+    motion[supports, :3] = velocity
+    return problem.rates_by_supports(apart, motion), motion
 
 
-def _reaction(problem: Problem, joints: Ints, forces: Floats) -> Floats:
-    """Force of the contact points of some joints on their supports, shape (3,) [N]; bonds are left out."""
-    faces = problem.interfaces
-    index = faces.point_interface
-    on_b = np.einsum("nij,ni->nj", faces.frame[index], forces)
-    sign = np.where(problem.assembly.support[faces.pair[index, 1]], 1.0, -1.0) * np.isin(index, joints)
-    return sign @ on_b
+def _reaction(problem: Problem, joints: Ints, supports: Ints, force: Floats) -> Floats:
+    """Force of the assembly on a part of the supports, shape (3,) [N]: its power as they move along each axis."""
+    moves = [_movement(problem, joints, supports, axis) for axis in np.eye(3)]
+    return np.array([power_on_supports(problem, rate, motion, force) for rate, motion in moves])
 
 
 def _on_supports(problem: Problem) -> np.ndarray:

@@ -24,6 +24,7 @@ from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_res
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.statics.settling_state import settling_state
+from blockstat.program.ties import bearing_ties
 from blockstat.result import Result, Sentence, plain
 from blockstat.studies.foundations import Settlement, settle
 from blockstat.typing import Floats
@@ -217,8 +218,11 @@ def settle_to_collapse(
     first = settle(assembly, moves, loads=at_rest, gap=gap, interfaces=interfaces, solver=solver)
     if reason := why_not_followed(first.assembly, first.interfaces):
         raise InputError(reason)
-    structure, _ = structure_about_middle(first.assembly, first.interfaces, dead, None, solver)
-    motion = np.where(first.assembly.support[:, None], 0.0, first.mechanism) / first.displacement
+    support, rates = first.assembly.support[:, None], first.mechanism / first.displacement
+    acting = replace(first.assembly, ties=bearing_ties(first.assembly))
+    moving = np.where(support, rates, 0.0)
+    structure, _ = structure_about_middle(acting, first.interfaces, dead, None, solver, moving)
+    motion = rates - moving
     linkage = linkage_at_rest(structure, motion, None, drive=_drive(first))
     size = float(np.ptp(assembly.vertices[~assembly.support[assembly.vertex_block]], axis=0).max())
     end = size if displacement is None else displacement
@@ -250,7 +254,7 @@ def _settling_mechanism(
     if (end := end_at(found)) is not None:
         return end
     sticking, sliding = contact_status(here, found.mechanism, 1.0, sticking_speed=sticking_speed, opening=found.opening)
-    ties, slack = tie_status(here, found.mechanism, sticking_speed=sticking_speed)
+    ties, slack = tie_status(here, found.mechanism, 1.0, sticking_speed=sticking_speed)
     return replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack), found.mechanism
 
 

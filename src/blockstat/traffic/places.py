@@ -11,6 +11,7 @@ import numpy as np
 from blockstat.errors import InputError
 from blockstat.loading.faces import Face, up_of
 from blockstat.loading.ground import below, dispersed
+from blockstat.loads import as_points
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -96,9 +97,7 @@ def road_along(assembly: Assembly, path: Sequence[Sequence[float]], faces: Seque
     InputError
         For a path of one point, or one that has no face below it.
     """
-    corners = np.asarray(path, dtype=float)
-    if corners.ndim != 2 or corners.shape[0] < 2 or corners.shape[1] != 3 or not np.isfinite(corners).all():
-        raise InputError(f"path has shape {corners.shape}; two or more points of three numbers are needed")
+    corners = as_points(path, "path", 2)
     step = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     if not step.all():
         raise InputError("path: two of its points that follow each other are the same")

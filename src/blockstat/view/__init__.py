@@ -1,5 +1,5 @@
 """Pictures, animations, attributes and reports of what the statics say.
 
 This room imports `analysis`, `code_check`, `compas`, `large_displacement`, `design_search`, `sensitivity`, `sequence`,
-`studies`, `spec`, `loading`, `io`, `contact`, `geometry`, `system` and the root.
+`studies`, `spec`, `loading`, `io`, `imperfection`, `contact`, `geometry`, `system` and the root.
 """

@@ -75,8 +75,10 @@ class Assessment:
     gap: float | str  #: tolerance of the joint search, relative to block size or a length
     #: Name, what acts, verdict and multiplier of the live loads of each load case; only the weight acts where empty.
     cases: tuple[tuple[str, str, str, str], ...] = ()
-    case: LoadCase | None = None  #: the case under which all else was found; None for the weight alone
-    checks: tuple[tuple[str, LinearCheck], ...] = ()  #: by direction; none where no demand was given
+    case: LoadCase | None = None  #: the case under which all else was found; None for no case
+    #: The code check by direction, or why there is no mechanism to verify; empty where it was not asked for.
+    checks: tuple[tuple[str, LinearCheck | LoadOutcome], ...] = ()
+    loaded: bool = False  #: whether further loads act, beside the weight or the case
 
     @property
     def assembly(self) -> Assembly:
@@ -88,8 +90,18 @@ class Assessment:
         """The warnings of all parts, each once."""
         parts = (self.associated, self.coulomb, self.directions, self.dynamic)
         own = [text for part in parts for text in getattr(part, "warnings", ())]
-        own += [f"code check towards {name}: {text}" for name, check in self.checks for text in check.warnings]
+        own += [f"code check towards {name}: {text}" for name, check in self.verified for text in check.warnings]
         return tuple(dict.fromkeys(own))
+
+    @property
+    def verified(self) -> tuple[tuple[str, LinearCheck], ...]:
+        """The directions with a code check."""
+        return tuple((name, check) for name, check in self.checks if isinstance(check, LinearCheck))
+
+    @property
+    def left_out(self) -> tuple[tuple[str, LoadOutcome], ...]:
+        """The directions without one, and why."""
+        return tuple((name, check) for name, check in self.checks if isinstance(check, LoadOutcome))
 
 
 @known_options
@@ -130,7 +142,7 @@ def assess_fully(
         All of its loads act beside the weight, and beside `loads`.
     code : mapping, optional
         Options of `blockstat.linear_check`, such as ``{"site": Site("B"), "demand": 0.15}``: the mechanisms towards +-x
-        and +-y and the weakest one are verified.
+        and +-y and the weakest one are verified where there is a limit load.
 
     Returns
     -------
@@ -143,6 +155,7 @@ def assess_fully(
         As in `blockstat.assess`.
     """
     check_choice("units", units, UNITS)
+    loaded = loads is not None
     if case is not None:
         loads = case.loads if loads is None else loads + case.loads
     coulomb = assess(assembly, gap=gap, loads=loads, flow="coulomb")
@@ -154,17 +167,22 @@ def assess_fully(
     if verify is not None:
         dynamic = verify(assembly) if loads is None else verify(assembly, loads=loads)
     code = None if code is None else {"loads": loads, **code}
-    checks = () if code is None else tuple(
-        (limits.names[k], linear_check(limits.limits[k], limits.directions[k], **code)) for k in _shown(limits)
-    )  # fmt: skip
+    checks = () if code is None else tuple(_check(limits, k, code) for k in _shown(limits))
     source = source or assembly.name
-    return Assessment(associated, coulomb, limits, dynamic, source, units, gap, tuple(cases), case, checks)
+    return Assessment(associated, coulomb, limits, dynamic, source, units, gap, tuple(cases), case, checks, loaded)
 
 
 def _shown(limits: DirectionalLimits) -> list[int]:
-    """Directions along the axes, and the weakest one, that have a limit."""
-    chosen = [k for k, name in enumerate(limits.names) if name in AXES or k == limits.weakest]
-    return [k for k in chosen if limits.limits[k].outcome is LoadOutcome.LIMIT]
+    """Directions along the axes, and the weakest one."""
+    return [k for k, name in enumerate(limits.names) if name in AXES or k == limits.weakest]
+
+
+def _check(limits: DirectionalLimits, k: int, code: Mapping[str, Any]) -> tuple[str, LinearCheck | LoadOutcome]:
+    """The code check of a direction, or the outcome of a load that has no limit there."""
+    limit = limits.limits[k]
+    if limit.outcome is not LoadOutcome.LIMIT:
+        return limits.names[k], limit.outcome
+    return limits.names[k], linear_check(limit, limits.directions[k], **code)
 
 
 def assessment_html(found: Assessment, *, day: Date | None = None) -> str:
@@ -250,7 +268,7 @@ def assumptions(found: Assessment) -> list[tuple[str, str]]:
         ("blocks", f"{assembly.n_blocks:,}, of which {len(free):,} are free"),
         ("supports", f"{', '.join(supports[:8])}{more}"),
         ("ties", f"{len(assembly.ties)}, listed below" if assembly.ties else "none"),
-        ("loads", "the weight of the blocks" if found.case is None else f"{found.case.name}: {found.case.words}"),
+        ("loads", _acting(found, "{0.name}: {0.words}")),
         ("weight of the free blocks", f"{plain(assembly.free_weight / 1e3, 4)} kN"),
         ("volume of the free blocks", f"{plain(assembly.volume[free].sum(), 4)} m3"),
         ("joints", f"{faces.n_interfaces:,} with {faces.n_points:,} contact points; {len(faces.dropped)} left out"),
@@ -291,16 +309,28 @@ def _answers(found: Assessment) -> str:
         parts.append(_box("", f"Least limit load (associated friction): {limits.least.upper:.4g}", words))
     else:
         parts.append(_box("", f"Least limit load: {limits.outcome.word.replace('_', ' ')}", limits.outcome.value))
-    if found.checks:
-        name, check = min(found.checks, key=lambda row: row[1].ag_life)
-        asked = "" if check.demand is None else f", asked for {check.demand:.4g} g"
-        words = f"Least towards {name}: ag = {check.ag_life:.4g} g at SLV{asked}. {check.outcome.value}"
-        parts.append(_box(TONES.get(check.outcome.word, ""), f"Code check (linear): {_answer(check)}", words))
+    parts += [_code_box(found)] if found.checks else []
     return "".join(parts)
 
 
-def _answer(check: LinearCheck) -> str:
-    return check.outcome.word.replace("_", " ")
+def _code_box(found: Assessment) -> str:
+    """The answer of the code check; where a direction is left out that may carry less than the others there is none."""
+    towards: dict[LoadOutcome, list[str]] = {}
+    for name, outcome in found.left_out:
+        towards.setdefault(outcome, []).append(name)
+    words = [f"Not verified towards {', '.join(names)}: {outcome.value}" for outcome, names in towards.items()]
+    answer, tone = "not verified", ""
+    if found.verified:
+        name, check = min(found.verified, key=lambda row: row[1].ag_life)
+        asked = "" if check.demand is None else f", asked for {check.demand:.4g} g"
+        words.insert(0, f"Least towards {name}: ag = {check.ag_life:.4g} g at SLV{asked}. {check.outcome.value}")
+        if check.outcome is CheckOutcome.NOT_SATISFIED or set(towards) <= {LoadOutcome.UNBOUNDED}:
+            answer, tone = _answer(check.outcome), TONES.get(check.outcome.word, "")
+    return _box(tone, f"Code check (linear): {answer}", " ".join(words))
+
+
+def _answer(outcome: CheckOutcome | LoadOutcome) -> str:
+    return outcome.word.replace("_", " ")
 
 
 def _box(tone: str, title: str, words: str) -> str:
@@ -308,12 +338,15 @@ def _box(tone: str, title: str, words: str) -> str:
 
 
 def _cases(found: Assessment) -> str:
-    acting = "the weight of the blocks"
-    if found.case is not None:
-        acting = f'all loads of the case "{found.case.name}": {found.case.words}'
-    words = f"<p>Verdicts and pictures here are those under {escape(acting)}. The horizontal acceleration is added.</p>"
+    what = f"Verdicts and pictures here are those under {_acting(found)}. The horizontal acceleration is added."
     heads = ["case", "loads", "verdict", "multiplier of the live loads"]
-    return words + table(heads, found.cases)
+    return f"<p>{escape(what)}</p>" + table(heads, found.cases)
+
+
+def _acting(found: Assessment, form: str = 'all loads of the case "{0.name}": {0.words}') -> str:
+    """What the verdicts are under; a case in the given form."""
+    what = "the weight of the blocks" if found.case is None else form.format(found.case)
+    return f"{what}, and further loads" if found.loaded else what
 
 
 def _ties(found: Assessment) -> str:
@@ -333,22 +366,26 @@ def _ties(found: Assessment) -> str:
 
 def _checks(found: Assessment) -> str:
     """The linear verification towards each direction."""
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
             name, f"{check.alpha0:.5g}", str(len(check.bodies)), f"{check.participation:.4g}", f"{check.apart:.4g}",
             f"{check.acceleration:.4g}", f"{check.ag_damage:.4g}", f"{check.ag_life:.4g}",
-            "-" if check.outcome is CheckOutcome.CAPACITY else _answer(check),
+            "-" if check.outcome is CheckOutcome.CAPACITY else _answer(check.outcome),
         )
-        for name, check in found.checks
+        for name, check in found.verified
     ]  # fmt: skip
-    first = found.checks[0][1]
+    rows += [(name, *["-"] * 7, _answer(outcome)) for name, outcome in found.left_out]
+    heads = ["towards", "alpha0", "bodies", "e*", "apart", "a0* [m/s2]", "ag SLD [g]", "ag SLV [g]", "answer"]
+    if not found.verified:
+        words = "Linear verification of the mechanisms by Circolare 7/2019, C8.7.1.2.1: no load has a limit to verify."
+        return f"<p>{escape(words)}</p>" + table(heads, rows)
+    first = found.verified[0][1]
     asked = "" if first.demand is None else f" Asked for at SLV: ag = {first.demand:.4g} g."
     words = (
         f"Linear verification of the mechanisms by Circolare 7/2019, C8.7.1.2.1, with FC = {first.confidence:g} and "
         f"q = {first.behaviour:g}; on {first.ground}.{asked} alpha0 is {first.multiplier}. e* is that taken; beside it "
         "that of the bodies apart. The mass is that of the blocks; loads have none."
     )
-    heads = ["towards", "alpha0", "bodies", "e*", "apart", "a0* [m/s2]", "ag SLD [g]", "ag SLV [g]", "answer"]
     return f"<p>{escape(words)}</p>" + table(heads, rows)
 
 
@@ -380,11 +417,14 @@ def _pictures(found: Assessment) -> str:
         if found.associated.outcome is Outcome.STABLE:
             draw(plot_forces, found.associated, "forces", "Resultants of the joints in one admissible force field.")
             draw(plot_thrust, found.associated, "thrust", "The way of the thrust in the same force field.")
-        else:
-            draw(plot_mechanism, found.associated, "fall", "How the blocks move first under their weight alone.")
+        elif found.associated.mechanism.any():
+            proven = found.associated.outcome is Outcome.UNSTABLE
+            words = f"How the blocks {'move first' if proven else 'might move'} under {_acting(found)}."
+            draw(plot_mechanism, found.associated, "fall", words if proven else f"{words} Nothing is proven to move.")
         if limits.outcome is DirectionOutcome.LIMIT:
             draw(plot_directions, limits, "horizon", "Limit load by direction; the least is orange.")
-            for k in sorted(_shown(limits), key=lambda k: limits.upper[k]):
+            limited = [k for k in _shown(limits) if limits.limits[k].outcome is LoadOutcome.LIMIT]
+            for k in sorted(limited, key=lambda k: limits.upper[k]):
                 what = "least limit load" if k == limits.weakest else "limit load"
                 words = f"Mechanism of the {what}, {limits.upper[k]:.4g} towards {limits.names[k]}."
                 draw(plot_mechanism, limits.limits[k], f"mechanism{k}", words)

@@ -34,6 +34,7 @@ STONE = (0.87, 0.83, 0.75)
 SUPPORT = (0.72, 0.74, 0.76)
 MOVED = "plasma"  #: colour maps that keep their order in grey and for colour-blind readers
 DEMAND = "viridis"
+USED = "friction or strength used at the block's joints (1: at the limit)"  #: label of `Verdict.demand`
 SIGNED = "RdBu"  #: blue above zero, red below
 THIN = "#0072B2"  #: contacts without area
 GHOST = (0.95, 0.95, 0.95, 0.55)
@@ -247,8 +248,8 @@ def plot_verdict(verdict: Verdict, place: Place, **options: Any) -> Place:
     assembly = verdict.assembly
     if not len(verdict.moving):
         drawn = {
-            "values": verdict.demand(), "colours": DEMAND, "top": 1.0, "title": f"{assembly.name}: stable",
-            "label": "friction used at the block's joints (1 = sliding)",
+            "values": verdict.demand(), "colours": DEMAND, "top": 1.0, "label": USED,
+            "title": f"{assembly.name}: {verdict.outcome.word.replace('_', ' ')}",
         }  # fmt: skip
         return plot(assembly, place, **drawn | options)
     return plot_mechanism(verdict, place, **options)

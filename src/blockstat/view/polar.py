@@ -9,16 +9,20 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.errors import InputError
-from blockstat.studies.directions import DirectionalLimits, DirectionOutcome
+from blockstat.studies.directions import DirectionalLimits
+from blockstat.typing import Floats
 from blockstat.view.plot import Place, fresh_figure, save_figure
 
-LINE, WEAKEST = "#0072B2", "#D55E00"  #: blue and orange, which colour-blind readers tell apart
+#: Blue, orange and green, which colour-blind readers tell apart.
+LINE, WEAKEST, COULOMB = "#0072B2", "#D55E00", "#009E73"
 
 
 def plot_directions(found: DirectionalLimits, place: Place) -> Place:
     """Draw the limit load multiplier of each direction as a distance from the centre, the weakest one marked.
 
-    Between two directions the line is straight on the plan: by convexity at least so much is carried there.
+    Between two directions the line is straight on the plan: by convexity at least so much is carried there. With
+    flow="coulomb" what the joints that carry least carry without dilatancy is drawn beside that, and its least is
+    marked; the dashed line between these points proves nothing.
 
     Parameters
     ----------
@@ -45,7 +49,7 @@ def plot_directions(found: DirectionalLimits, place: Place) -> Place:
     >>> plot_directions(limit_load_by_direction(slab, 8), "horizon.svg")
     'horizon.svg'
     """
-    if found.outcome in (DirectionOutcome.DEAD_LOAD_UNSTABLE, DirectionOutcome.UNBOUNDED):
+    if not found.has_limits:
         raise InputError(f"{found.assembly.name}: no limit loads to draw: {found.outcome.value}")
     if isinstance(place, (str, Path)):
         figure = fresh_figure(Path(place))
@@ -58,22 +62,33 @@ def plot_directions(found: DirectionalLimits, place: Place) -> Place:
 
 def _draw(found: DirectionalLimits, axes: Any) -> None:
     limited = np.array([limit.outcome is not LoadOutcome.UNBOUNDED for limit in found.limits])
-    angle, carried = found.angles[limited], found.lower[limited]
-    around = np.append(np.arange(len(angle)), 0) if limited.all() else np.arange(len(angle))
-    line = _straight(angle[around], carried[around])
-    axes.plot(*line, color=LINE, linewidth=1.4)
+    line = _curve(axes, found.angles, np.where(limited, found.lower, np.nan), LINE, label="associated friction")
     axes.fill(*line, color=LINE, alpha=0.12)
-    axes.plot(angle, carried, "o", color=LINE, markersize=3.5)
-    worst = found.weakest
-    axes.plot([0, found.angles[worst]], [0, found.upper[worst]], color=WEAKEST, linewidth=2)
-    axes.plot(found.angles[worst], found.upper[worst], "o", color=WEAKEST, markersize=7)
-    axes.set_title(f"{found.assembly.name}: least {found.least.upper:.4g} towards {found.names[worst]}", fontsize=11)
+    worst, least, basis = found.weakest, found.least.upper, ""
+    if found.weakest_coulomb is not None:
+        worst, carried, basis = found.weakest_coulomb, found.coulomb_least[:, 0], " without dilatancy"
+        least = float(carried[worst])
+        _curve(axes, found.angles, carried, COULOMB, label="without dilatancy", linestyle="--")
+        axes.legend(loc="lower left", bbox_to_anchor=(-0.15, -0.15), fontsize=9)
+    axes.plot([0, found.angles[worst]], [0, least], color=WEAKEST, linewidth=2)
+    axes.plot(found.angles[worst], least, "o", color=WEAKEST, markersize=7)
+    axes.set_title(f"{found.assembly.name}: least{basis} {least:.4g} towards {found.names[worst]}", fontsize=11)
     axes.set_thetagrids([0, 45, 90, 135, 180, 225, 270, 315], ["+x", "", "+y", "", "-x", "", "-y", ""])
     axes.set_rmin(0.0)
     axes.set_rlabel_position(22.5)
 
 
-def _straight(angle: np.ndarray, size: np.ndarray, *, pieces: int = 24) -> tuple[np.ndarray, np.ndarray]:
+def _curve(axes: Any, angle: Floats, size: Floats, colour: str, **look: Any) -> tuple[Floats, Floats]:
+    """Draw points of known size and the polygon through them, which is closed where all are known; return it."""
+    known = np.isfinite(size)
+    at = np.flatnonzero(known)
+    line = _straight(*(values[np.append(at, at[:1]) if known.all() else at] for values in (angle, size)))
+    axes.plot(*line, color=colour, linewidth=1.4, **look)
+    axes.plot(angle[at], size[at], "o", color=colour, markersize=3.5)
+    return line
+
+
+def _straight(angle: Floats, size: Floats, *, pieces: int = 24) -> tuple[Floats, Floats]:
     """The polygon through points of a polar plot, its sides in short pieces because the axes would bend them."""
     corner = size * np.exp(1j * angle)
     share = np.linspace(0.0, 1.0, pieces, endpoint=False)

@@ -8,15 +8,17 @@ from html import escape
 from pathlib import Path
 
 from blockstat.analysis.assess import assess
+from blockstat.analysis.verdict import Verdict
 from blockstat.assembly import Assembly
-from blockstat.contact.tolerance import GAP
+from blockstat.contact.interfaces import GAP, find_interfaces
 from blockstat.design_search.search import PRUNED, Candidate, SearchResult
+from blockstat.imperfection.imperfections import Imperfections
 from blockstat.io.files import write
 from blockstat.spec import build, parameters, with_values
 from blockstat.studies.directions import DirectionOutcome, limit_load_by_direction
 from blockstat.system.writing import written_whole
 from blockstat.view.document import image, page
-from blockstat.view.plot import DEMAND, plot, plot_verdict
+from blockstat.view.plot import DEMAND, USED, plot, plot_verdict
 from blockstat.view.polar import plot_directions
 from blockstat.view.three_d.page import available, framed, interactive_html
 
@@ -35,6 +37,7 @@ def write_designs(
     *,
     under: Callable[[Assembly], Assembly] = lambda assembly: assembly,
     gap: float | str = GAP,
+    imperfections: Imperfections | None = None,
 ) -> list[Figure]:
     """Write the best design, and pictures of what statics say of it and of the thinnest pruned one.
 
@@ -49,6 +52,8 @@ def write_designs(
         Puts each design under another friction or gravity.
     gap : float or str, optional
         Largest gap of a joint, as in `blockstat.assess`.
+    imperfections : Imperfections, optional
+        Those of the search: what is shown of the statics is their worst case. Limit loads are those of the drawing.
 
     Returns
     -------
@@ -67,13 +72,15 @@ def write_designs(
     if result.best is not None:
         write(shown, directory / "best.json")
         write(shown, directory / "best.glb")
-        verdict = assess(shown, gap=gap)
+        joints = find_interfaces(shown, gap=gap)
+        verdict = assess(shown, gap=gap, interfaces=joints, imperfections=imperfections)
         path = plot(
-            shown, directory / "demand.png", values=verdict.demand(), colours=DEMAND, top=1.0,
-            label="friction used at the block's joints (1 = sliding)", title="demand of the best design",
+            shown, directory / "demand.png", values=verdict.demand(), colours=DEMAND, top=1.0, label=USED,
+            title="demand of the best design",
         )  # fmt: skip
-        figures.append(Figure(path, "How much of its friction each block uses in the certified force field."))
-        least = limit_load_by_direction(shown, 4, refine=False, interfaces=verdict.interfaces)
+        words = f"How much of its friction and strength each block uses in the certified force field{_worst(verdict)}."
+        figures.append(Figure(path, words))
+        least = limit_load_by_direction(shown, 4, refine=False, interfaces=joints)
         if least.outcome is DirectionOutcome.LIMIT:
             path = plot_directions(least, directory / "directions.png")
             words = f"{least.least.upper:.4g} times gravity, towards {least.names[least.weakest]}"
@@ -87,10 +94,17 @@ def write_designs(
     pruned = [c for c in result.history if c.dynamic == PRUNED]
     if pruned:
         thinnest = min(pruned, key=lambda c: c.volume or 0.0)
-        verdict = assess(under(build(with_values(result.building, thinnest.parameters))), gap=gap)
+        assembly = under(build(with_values(result.building, thinnest.parameters)))
+        verdict = assess(assembly, gap=gap, imperfections=imperfections)
         path = plot_verdict(verdict, directory / "mechanism.png")
-        figures.append(Figure(path, f"How the thinnest pruned design ({_values(thinnest)}) would move first."))
+        words = f"How the thinnest pruned design ({_values(thinnest)}) would move first{_worst(verdict)}."
+        figures.append(Figure(path, words))
     return figures
+
+
+def _worst(verdict: Verdict) -> str:
+    """Of which case a verdict is, where it is one of imperfections."""
+    return f", in the worst case of the imperfections: {verdict.worst}" if verdict.worst else ""
 
 
 def write_report(
@@ -157,7 +171,8 @@ def _values(candidate: Candidate) -> str:
 
 def _best_table(result: SearchResult) -> str:
     if result.best_parameters is None:
-        return "<p><b>No design stood.</b></p>"
+        words = result.none_stood.capitalize() if result.finished else "Interrupted before any design stood"
+        return f"<p><b>{words}.</b></p>"
     start = {name: found.value for name, found in parameters(result.building).items()}
     rows = "".join(
         f"<tr><td>{escape(name)}</td><td>{start[name]:g}</td><td><b>{value:g}</b></td></tr>"

@@ -17,6 +17,7 @@ much over the size of the joint.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -32,6 +33,7 @@ from dynsim.bonds.joint_motion import Poses, apply_on_pairs, at_points, reach, r
 from dynsim.bonds.springs import Springs, spring_set
 from dynsim.bonds.ties import TieForces
 from dynsim.engine.world import Action, World
+from dynsim.loads.loading import Constant
 
 
 def bonds_of(assembly: Assembly, *, interfaces: Interfaces | None = None) -> tuple[Action, ...]:
@@ -77,8 +79,8 @@ def bonds_of(assembly: Assembly, *, interfaces: Interfaces | None = None) -> tup
     return tuple(actions)
 
 
-def weakened(assembly: Assembly, interfaces: Interfaces) -> Assembly | None:
-    """Return the assembly with no joint glued by more than the weight of all free blocks.
+def weakened(assembly: Assembly, interfaces: Interfaces, loads: Sequence[Constant] = ()) -> Assembly | None:
+    """Return the assembly with no joint glued by more than the weight of all free blocks and the loads on them.
 
     Parameters
     ----------
@@ -86,6 +88,8 @@ def weakened(assembly: Assembly, interfaces: Interfaces) -> Assembly | None:
         Blocks and joint laws.
     interfaces : Interfaces
         Joints of the assembly.
+    loads : sequence of Constant
+        What acts besides the weight.
 
     Returns
     -------
@@ -99,9 +103,9 @@ def weakened(assembly: Assembly, interfaces: Interfaces) -> Assembly | None:
     """
     if not assembly.joints:
         return None
-    weight = float(assembly.mass[assembly.free].sum() * np.linalg.norm(assembly.gravity))
+    most = assembly.free_weight + sum(load.size(assembly) for load in loads)
     area = float(interfaces.area.max(initial=0.0)) or 1.0
-    laws = [_weaker(law, weight, area) for law in assembly.joints]
+    laws = [_weaker(law, most, area) for law in assembly.joints]
     return None if laws == list(assembly.joints) else assembly.with_(joints=laws)
 
 

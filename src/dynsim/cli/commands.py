@@ -23,6 +23,7 @@ from blockstat.cli.options import (
     Up,
     Version,
     doubt_movement,
+    file_to_write,
     gap_of,
     load,
     print_json,
@@ -34,6 +35,8 @@ from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of,
 from dynsim.cli.criteria import Engine, Group, Preset, Threshold
 from dynsim.cli.ida import ida
 from dynsim.cli.loads import (
+    DIRECTION,
+    SCALE,
     Direction,
     Film,
     Jobs,
@@ -105,7 +108,7 @@ def verify(
 ) -> None:
     """Simulate assemblies, several files side by side, and evaluate them by displacement (Eq. 1, Eq. 2)."""
     from dynsim.judge.verify import verify as run
-    from dynsim.loads.loading import Constant
+    from dynsim.loads.load import as_loads
     from dynsim.settings import Settings
 
     def read(file: Path) -> Assembly:
@@ -122,8 +125,9 @@ def verify(
     if case is not None or loads_file is not None:
         if len(files) > 1:
             raise InputError("--case goes with one file")
-        acting = chosen_case(read(files[0]), files[0], case, loads_file, gap=near)
-        loads += [] if acting is None else [Constant(acting.loads)]
+        assembly = read(files[0])
+        acting = chosen_case(assembly, files[0], case, loads_file, gap=near)
+        loads += as_loads(assembly, None if acting is None else acting.loads)
     actions = stiffness_of(inertia_scale, angular_stiffness)
     evaluate = partial(run, settings=settings, loads=loads, actions=actions, gap=near, engine=engine)
     if len(files) == 1 and timeout is None:
@@ -160,7 +164,7 @@ def _verify_one(
     with at_work(f"simulating {assembly.n_blocks:,} blocks") as say:
         verdict = evaluate(assembly, progress=shown(say, assembly.n_blocks, evaluate.keywords["settings"]))
     if output is not None:
-        acting = {name: evaluate.keywords.get(name, ()) for name in ("loads", "actions")}
+        acting = {name: evaluate.keywords[name] for name in ("loads", "actions", "gap")}
         write_run(verdict.run if film is None else past_verdict(verdict, film, **acting), output)
     if as_json:
         print_json({"file": str(file), **verdict.summary(), **({"output": str(output)} if output else {})})
@@ -177,8 +181,8 @@ def shake(
     record: RecordFile = None,
     pulse: PulseText = None,
     ramp: RampText = None,
-    direction: Direction = "1,0,0",
-    scale: Scale = 1.0,
+    direction: Direction = DIRECTION,
+    scale: Scale = SCALE,
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
@@ -269,7 +273,9 @@ def compare(
     up: Up = None,
     gap: Gap = None,
     engines: Annotated[str, typer.Option(help='"bullet" or "bullet,lmgc90".')] = "bullet",
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Also write the rows as CSV.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", callback=file_to_write(), help="Also write the rows as CSV.")
+    ] = None,
     jobs: Jobs = None,
     timeout: Timeout = None,
     as_json: AsJson = False,

@@ -28,7 +28,7 @@ from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
 from dynsim.cli.criteria import Group, Preset, Threshold
-from dynsim.cli.loads import Direction, Jobs, Scale
+from dynsim.cli.loads import DIRECTION, SCALE, Direction, Jobs, Scale
 
 if TYPE_CHECKING:
     from dynsim.earthquake.runs import ScaledRun
@@ -49,8 +49,8 @@ Kept = Annotated[
 def ida(
     file: FileArgument,
     record: Records,
-    direction: Direction = "1,0,0",
-    scale: Scale = 1.0,
+    direction: Direction = DIRECTION,
+    scale: Scale = SCALE,
     measure: Annotated[str, typer.Option(help='Intensity: "pga" [g, 9.81 m/s2] or "pgv" [m/s].')] = "pga",
     start: Annotated[float, typer.Option(help="First intensity.")] = 0.1,
     factor: Annotated[float, typer.Option(help="From one intensity to the next on the way up.")] = 1.25,

@@ -63,6 +63,7 @@ RampText = Annotated[
 ]
 
 SPEED = 0.02  #: [m/s] at which supports settle
+DIRECTION, SCALE = "1,0,0", 1.0  #: of a record, unless the user says otherwise
 
 
 def loads_of(
@@ -136,7 +137,8 @@ def ground_of(
     Raises
     ------
     InputError
-        When not exactly one of the three is given, or for a value that does not read as it must.
+        When not exactly one of the three is given, for a direction or a scale without a record, or for a value that
+        does not read as it must.
     """
     from dynsim.loads.ground import Pulse, Ramp
     from dynsim.loads.record import read_record
@@ -146,6 +148,8 @@ def ground_of(
         raise InputError(f"shake: one of --record, --pulse and --ramp is needed; given: {', '.join(given) or 'none'}")
     if record is not None:
         return read_record(record, direction=numbers(direction, 3, "--direction", "X,Y,Z"), scale=scale)
+    if (direction, scale) != (DIRECTION, SCALE):
+        raise InputError("--scale and --direction go with --record; the values of --pulse and --ramp are in m/s2")
     if pulse is not None:
         form = "AX,AY,AZ,SECONDS[,SHAPE]"
         words = pulse.split(",")

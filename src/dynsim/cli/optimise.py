@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,6 +16,17 @@ from dynsim.cli.criteria import Group, Preset, Threshold
 if TYPE_CHECKING:
     from blockstat.design_search.search import Margin, SearchResult
 
+Folder = Annotated[Path | None, typer.Option("-o", "--output", help="Directory; out/<name> by default.")]
+Moved = Annotated[
+    str | None,
+    typer.Option("--parameters", metavar="PATH,...", help="Parameters to move, in order; all ranges by default."),
+]
+Strategy = Annotated[str, typer.Option(help='"paper", "pruned", "gradient", "pareto" or "robust".')]
+Over = Annotated[str, typer.Option(help='"line": one parameter after the other; "grid": every combination.')]
+Reserve = Annotated[
+    str | None,
+    typer.Option(metavar="X,Y,Z,LEAST", help='Push in this direction to be carried [g]; not for "paper", "pruned".'),
+]
 Probability = Annotated[
     float | None,
     typer.Option(help='"robust": stay below this probability of failure; the scene says what is [uncertain].'),
@@ -24,21 +35,11 @@ Probability = Annotated[
 
 def optimise(
     scene: Annotated[Path, typer.Argument(help="Scene file (.toml) with ranges {value, min, max, step}.")],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Directory; out/<name> by default.")] = None,
-    only: Annotated[
-        str | None,
-        typer.Option("--parameters", metavar="PATH,...", help="Parameters to move, in order; all ranges by default."),
-    ] = None,
-    strategy: Annotated[str, typer.Option(help='"paper", "pruned", "gradient", "pareto" or "robust".')] = "pruned",
-    over: Annotated[
-        str, typer.Option(help='"line": one parameter after the other; "grid": every combination.')
-    ] = "line",
-    reserve: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X,Y,Z,LEAST", help='Push in this direction to be carried [g]; not for "paper", "pruned".'
-        ),
-    ] = None,
+    output: Folder = None,
+    only: Moved = None,
+    strategy: Strategy = "pruned",
+    over: Over = "line",
+    reserve: Reserve = None,
     imperfection: Imperfect = None,
     probability: Probability = None,
     snap: Annotated[bool, typer.Option(help='"gradient": only designs on the steps of the ranges.')] = False,
@@ -65,6 +66,11 @@ def optimise(
     directory.mkdir(parents=True, exist_ok=True)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     conditions = {"friction": friction, "gravity": gravity, "tilt": tilt, "gap": gap}
+    others = {
+        "strategy": strategy, "over": over, "parameters": only, "snap": snap or None, "reserve": reserve,
+        "imperfection": " and ".join(imperfection or ()) or None, "probability": probability, "group": group,
+        "threshold": threshold, "preset": preset,
+    }  # fmt: skip
     result, report = run(
         building,
         directory,
@@ -72,7 +78,8 @@ def optimise(
         settings=settings,
         jobs=jobs,
         under=lambda assembly: modified(assembly, friction=friction, gravity=gravity, tilt=tilt),
-        conditions=", ".join(f"{name} {value}" for name, value in conditions.items() if value is not None),
+        conditions=_told(conditions),
+        options=_told(others),
         strategy=strategy,
         over=over,
         margin=_margin(reserve) if reserve is not None else None,
@@ -84,6 +91,13 @@ def optimise(
     _print_result(result, report, as_json)
     if not result.finished:
         raise KeyboardInterrupt
+    if result.best is None and any(candidate.failed for candidate in result.history):
+        raise InputError(result.none_stood)
+
+
+def _told(given: dict[str, Any]) -> str:
+    """Options and their values in words."""
+    return ", ".join(f"{name} {value}" for name, value in given.items() if value is not None)
 
 
 def _print_result(result: SearchResult, report: Path, as_json: bool) -> None:
@@ -93,6 +107,7 @@ def _print_result(result: SearchResult, report: Path, as_json: bool) -> None:
     if as_json:
         print_json(
             {
+                "outcome": result.outcome.word,
                 "best": result.best_parameters,
                 "finished": result.finished,
                 "history": [asdict(candidate) for candidate in result.history],
@@ -109,7 +124,7 @@ def _print_result(result: SearchResult, report: Path, as_json: bool) -> None:
         words = (
             ", ".join(f"{k} = {v:g}" for k, v in best.items())
             if best
-            else "no design stood"
+            else result.none_stood
             if result.finished
             else "none so far"
         )

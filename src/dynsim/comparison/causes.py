@@ -171,6 +171,8 @@ def find_cause(
         return Cause.GEOMETRY
     if dynamic.misfit > SETTLED * dynamic.brick_threshold:
         return Cause.OPEN_JOINTS
+    if static.outcome is Outcome.STABLE and coulomb.outcome is Outcome.UNDECIDED and not closely:
+        return Cause.UNDECIDED
     if dynamic.outcome is DynamicOutcome.FALLS:
         return _why_it_fell(coulomb, settings or Settings(), closely)
     return _why_it_stood(static, dynamic, settings or Settings(), closely)
@@ -180,13 +182,13 @@ def _why_it_fell(coulomb: Verdict, settings: Settings, closely: bool) -> Cause:
     """Return why an assembly fell for which a force field exists."""
     if coulomb.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS:
         return Cause.SELF_STRESS
-    if coulomb.outcome is Outcome.UNDECIDED or (closely and _tips(coulomb)):
+    if closely and _tips(coulomb):
         return Cause.MARGINAL
     if closely:
         again = _in_finer_steps(coulomb, settings)
         if again.outcome is not DynamicOutcome.FALLS:
             return Cause.COARSE_FALL
-    return Cause.OPEN_FALL
+    return Cause.UNDECIDED if coulomb.outcome is Outcome.UNDECIDED else Cause.OPEN_FALL
 
 
 def _why_it_stood(static: Verdict, dynamic: DynamicVerdict, settings: Settings, closely: bool) -> Cause:
@@ -208,7 +210,7 @@ def _why_it_stood(static: Verdict, dynamic: DynamicVerdict, settings: Settings, 
 
 
 def _tips(static: Verdict) -> bool:
-    """Whether a small push in some horizontal direction leaves no equilibrium without self-stress."""
+    """Whether a small push in some horizontal direction changes the verdict, and leaves it no equilibrium."""
     assembly = static.assembly
     down = assembly.gravity / np.linalg.norm(assembly.gravity)
     across = np.cross(down, np.eye(3)[np.argmin(np.abs(down))])
@@ -217,7 +219,7 @@ def _tips(static: Verdict) -> bool:
         push = np.cos(angle) * across + np.sin(angle) * np.cross(down, across)
         gravity = assembly.gravity + PUSH * np.linalg.norm(assembly.gravity) * push
         found = assess(assembly, gravity=gravity, flow="coulomb", interfaces=static.interfaces)
-        if found.outcome is not Outcome.STABLE:
+        if found.outcome not in (Outcome.STABLE, static.outcome):
             return True
     return False
 

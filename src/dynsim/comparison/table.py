@@ -71,7 +71,7 @@ class Comparison(Result):
             return Agreement.NO_VERDICT
         if self.agree is False or self.agree_coulomb is False:
             return Agreement.DIFFER
-        return Agreement.AGREE if self.agree else Agreement.OPEN
+        return Agreement.AGREE if self.agree and self.agree_coulomb else Agreement.OPEN
 
     def explain(self) -> str:
         """Return the verdicts and why they differ, in words.
@@ -258,7 +258,7 @@ def _line(row: Comparison, has_lmgc90: bool) -> str:
     def number(value: float | None, form: str) -> str:
         return "" if value is None else format(value, form)
 
-    agree = False if row.agree is False or row.agree_coulomb is False else row.agree
+    agree = {Agreement.AGREE: True, Agreement.DIFFER: False}.get(row.outcome)
     moved = None if row.max_displacement is None else 1e3 * row.max_displacement
     score = "inf" if row.static is not None and row.score is None else number(row.score, ".2e")
     said = [row.static, (row.coulomb or "").replace("_", " "), row.dynamic]

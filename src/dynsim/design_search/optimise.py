@@ -11,8 +11,16 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.design_search.search import Candidate, FailureTarget, Margin, SearchResult, check_strategy, search
-from blockstat.errors import known_options
+from blockstat.design_search.search import (
+    Candidate,
+    FailureTarget,
+    Margin,
+    SearchResult,
+    check_strategy,
+    search,
+    space_of,
+)
+from blockstat.errors import InputError, known_options
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.spec import Scene, build, with_values
 from blockstat.system.lines import PlainLines
@@ -31,6 +39,11 @@ NOTE = (
     "Joints are dry: the glue and rotational stiffness of the scene are not modelled. Stable means that a force field "
     "within all friction cones exists; it does not promise rest, so Bullet has the last word."
 )
+#: What the picture says of a design that statics allow and that Bullet did not see stand.
+MOVED = {
+    "falls": "moved in Bullet though statics allow it",
+    "creeps": "was still moving, slowly, at the end of the run in Bullet, though statics allow it",
+}
 
 
 @known_options
@@ -43,6 +56,7 @@ def optimise(
     jobs: int | None = None,
     under: Callable[[Assembly], Assembly] = lambda assembly: assembly,
     conditions: str = "",
+    options: str = "",
     strategy: str = "pruned",
     over: str = "line",
     margin: Margin | None = None,
@@ -73,6 +87,8 @@ def optimise(
         Puts each design under another friction or gravity.
     conditions : str
         Says which; a history under other conditions is not taken up.
+    options : str
+        What else was asked for, in words. The report says it, and a history does not depend on it.
     strategy, over, margin, snap, points, imperfections, target, gap : optional
         As in `blockstat.search`.
 
@@ -86,10 +102,12 @@ def optimise(
     Raises
     ------
     InputError
-        As `blockstat.search` does. Also for an option that does not exist, and where Bullet cannot be imported.
+        As `blockstat.search` does. Also for an option that does not exist, for a group of the settings that the largest
+        design has not, and where Bullet cannot be imported.
     """
-    check_strategy(strategy, over, margin, snap)
+    check_strategy(strategy, over, margin, snap, target)
     import_bullet()
+    _check_group(space_of(building, names).scene, settings, under)
     memory, jobs = Memory(), jobs_checked(jobs)
     with locked(directory):
         with (
@@ -122,10 +140,22 @@ def optimise(
                 target=target,
                 gap=gap,
             )
-        figures = write_designs(result, directory, under=under, gap=gap)
+        figures = write_designs(result, directory, under=under, gap=gap, imperfections=imperfections)
         figures += _moved(result, directory, settings, under, gap)
-        notes = [f"Judged with {conditions}.", NOTE] if conditions else [NOTE]
+        given = {"Judged": conditions, "Searched": options}
+        notes = [*(f"{done} with {words}." for done, words in given.items() if words), NOTE]
         return result, write_report(result, directory, figures, notes=notes)
+
+
+def _check_group(largest: Scene, settings: Settings | None, under: Callable[[Assembly], Assembly]) -> None:
+    """Refuse a group of Eq. 1 that the largest design, in which nothing is left out, has not."""
+    if settings is None or settings.group is None:
+        return
+    try:
+        assembly = under(build(largest))
+    except InputError:
+        return  # its row in the history says why it cannot be built; others may be
+    assembly.in_group(settings.group)
 
 
 @contextmanager
@@ -166,14 +196,14 @@ def _moved(
     under: Callable[[Assembly], Assembly],
     gap: float | str,
 ) -> list[Figure]:
-    """Draw the blocks that Bullet saw move: of the thinnest design that fell, else of the best one."""
-    fallen = [c for c in result.history if c.dynamic in ("falls", "creeps")]
-    chosen = min(fallen, key=lambda c: c.volume or 0.0).parameters if fallen else result.best_parameters
+    """Draw the blocks that Bullet saw move: of the thinnest design that statics allow and it does not, or the best."""
+    thinnest = min(result.disagreements, key=lambda c: c.volume or 0.0, default=None)
+    chosen = result.best_parameters if thinnest is None else thinnest.parameters
     if chosen is None:
         return []
     verdict = verify(under(build(with_values(result.building, chosen))), settings=settings, gap=gap, statics=True)
     values = ", ".join(f"{name} {value:g}" for name, value in chosen.items())
-    word = "moved in Bullet though statics allow it" if fallen else "stands in Bullet"
+    word = "stands in Bullet" if thinnest is None else MOVED[thinnest.dynamic]
     return [Figure(picture_of_run(verdict, directory / "moved.png"), f"The design with {values} {word}.")]
 
 

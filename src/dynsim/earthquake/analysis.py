@@ -336,7 +336,7 @@ def incremental(
     shaking = Shaking(assembly, settings or Settings(), lasting, tuple(actions), joints)
     with kept(directory, shaking, measure, motions) as runs:
         hunted = hunt_all(shaking, hunt, motions, units, runs, processes, progress)
-    chosen = shaking.settings.brick_threshold or threshold_under(assembly, [*lasting, *motions.values()])
+    chosen = threshold_under(assembly, [*lasting, *motions.values()], shaking.settings.brick_threshold)
     return IncrementalAnalysis(
         assembly=assembly, curves=_curves(motions, hunt, runs, hunted), measure=measure, up_to=up_to, threshold=chosen,
         at_rest=next((run.outcome for run in runs.of(REST).values()), ""), confidence=confidence,

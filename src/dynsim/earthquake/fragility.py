@@ -144,7 +144,8 @@ def fit_fragility(lower: ArrayLike, upper: ArrayLike, *, confidence: float = 0.9
     ------
     InputError
         For fewer than three records, fewer than two that fell, bounds that are not ascending, or bounds that all
-        records share, which say nothing on the dispersion. Also for an option that does not exist.
+        records share, be it in one intensity: then the likelihood grows as the dispersion shrinks to 0. Also for an
+        option that does not exist.
 
     Notes
     -----
@@ -212,10 +213,11 @@ def _checked(lower: ArrayLike, upper: ArrayLike, confidence: float) -> tuple[Flo
             f"fragility: {int(fell.sum())} of {len(low)} records fell a block; two are needed, and one of them must be "
             "known to stand at a lower intensity; raise the intensity up to which records are scaled, or add records"
         )
-    if low.max() < high.min():
+    if low.max() <= high.min():
+        shared = f"between {low.max():.4g} and {high.min():.4g}" if low.max() < high.min() else f"at {high.min():.4g}"
         raise InputError(
-            f"fragility: all records may fall between {low.max():.4g} and {high.min():.4g}, so a dispersion cannot be "
-            "found; ask for a finer resolution, or add records"
+            f"fragility: all records may fall {shared}, so a dispersion cannot be found; ask for a finer resolution, "
+            "or add records"
         )
     return low, high, fell
 

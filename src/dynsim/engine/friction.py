@@ -1,8 +1,8 @@
 """The friction of each joint from one coefficient a block.
 
 Bullet multiplies the coefficients of two bodies that touch. With one friction mu everywhere, each block has sqrt(mu).
-Where joint laws give pairs of groups their own friction, coefficients m with m_a m_b = mu_ab are found for all pairs
-that touch as built. Pairs that meet later have the product of their coefficients.
+Where joint laws or the interfaces give joints their own friction, coefficients m with m_a m_b = mu_ab are found for all
+pairs that touch as built. Pairs that meet later have the product of their coefficients.
 """
 
 from __future__ import annotations
@@ -19,19 +19,23 @@ STICKY = 100.0  #: Bullet's stand-in for infinite friction
 EXACT = 1e-9  #: largest relative error of a product
 
 
-def has_own_friction(assembly: Assembly) -> bool:
-    """Return whether a joint law has a friction other than the assembly's.
+def has_own_friction(assembly: Assembly, interfaces: Interfaces | None = None) -> bool:
+    """Return whether a joint has a friction other than the assembly's.
 
     Parameters
     ----------
     assembly : Assembly
         Its joint laws are looked at.
+    interfaces : Interfaces, optional
+        Joints of the assembly; a friction of their own counts before the laws.
 
     Returns
     -------
     bool
         True where blocks may need coefficients of their own.
     """
+    if interfaces is not None and interfaces.friction is not None:
+        return bool((interfaces.friction != assembly.friction).any())
     return any(law.friction not in (None, assembly.friction) for law in assembly.joints)
 
 
@@ -88,7 +92,7 @@ def block_friction(assembly: Assembly, interfaces: Interfaces) -> Floats:
         a, b = (assembly.groups[block] or assembly.names[block] for block in interfaces.pair[worst])
         raise InputError(
             f"friction {wanted[worst]:g} between {a} and {b}: Bullet multiplies one number a block, and none fit all "
-            "joint laws at once"
+            "joint laws, or all frictions of the interfaces, at once"
         )
     return found
 

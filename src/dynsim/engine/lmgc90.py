@@ -29,6 +29,7 @@ from typing import Any
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
 from dynsim.engine.bodies import Shape, outward_hull, shapes
@@ -77,7 +78,14 @@ class Lmgc90World:
 
     settles = False  #: there is nothing to damp away before a free run
 
-    def __init__(self, assembly: Assembly, settings: Settings, actions: Sequence[Action] = ()) -> None:
+    def __init__(
+        self,
+        assembly: Assembly,
+        settings: Settings,
+        actions: Sequence[Action] = (),
+        *,
+        interfaces: Interfaces | None = None,
+    ) -> None:
         """Check the assembly and prepare its shapes; LMGC90 starts when the context is entered.
 
         Parameters
@@ -88,15 +96,18 @@ class Lmgc90World:
             Time step and time between looks.
         actions : sequence of Action
             None may be given: only the weight is simulated.
+        interfaces : Interfaces, optional
+            Joints of the assembly; they may have no friction other than the assembly's.
 
         Raises
         ------
         InputError
-            For a scene that cannot be simulated, for bonds and loads, and where the package is missing.
+            For a scene that cannot be simulated, for bonds, loads and joints with their own friction, and where the
+            package is missing.
         """
         import_lmgc90()
         check_assembly(assembly)
-        _check_scene(assembly, actions)
+        _check_scene(assembly, actions, interfaces)
         free = ~assembly.support
         self.assembly, self.settings = assembly, settings
         self.removed: set[int] = set()
@@ -291,11 +302,11 @@ def rotation_between(a: Floats, b: Floats) -> Floats:
     return Rotation.from_rotvec(axis / sine * np.arctan2(sine, a @ b)).as_matrix()
 
 
-def _check_scene(assembly: Assembly, actions: Sequence[Action]) -> None:
+def _check_scene(assembly: Assembly, actions: Sequence[Action], interfaces: Interfaces | None = None) -> None:
     only = 'the engine "lmgc90" simulates weight and one friction'
     if actions or any(law.strong for law in assembly.joints):
         raise InputError(f'"{assembly.name}": {only}; loads, actions and bonds need the engine "bullet"')
-    if has_own_friction(assembly):
+    if has_own_friction(assembly, interfaces):
         raise InputError(f'"{assembly.name}": {only}; joints with their own friction need the engine "bullet"')
     if assembly.n_blocks > MOST_BLOCKS:
         raise InputError(f'"{assembly.name}" has {assembly.n_blocks} blocks; LMGC90 takes {MOST_BLOCKS} at most')

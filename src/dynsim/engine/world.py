@@ -145,7 +145,7 @@ class World:
         self._stepwise = any(action.each_step for action in self.actions)
         self._shapes = shapes(assembly)
         check_rotations(assembly, np.stack([shape.rotation for shape in self._shapes]))
-        own = has_own_friction(assembly)
+        own = has_own_friction(assembly, interfaces)
         self._friction = block_friction(assembly, self.interfaces) if own else common_friction(assembly)
         self._directory: tempfile.TemporaryDirectory[str] | None = None
         self._client = -1
@@ -154,6 +154,7 @@ class World:
         self._made: dict[bytes, int] = {}
         self._driven: dict[Action, Floats] = {}
         self._gravity = np.asarray(assembly.gravity, dtype=float)
+        self._ways: dict[int, Floats] = {}  # displacement and velocity of the supports that move in a time step
         self._carried: set[int] = set()
         self.removed: set[int] = set()  #: blocks taken out by `remove`
         self._held: set[int] = set()
@@ -274,8 +275,7 @@ class World:
         time : float
             Time since release at the start of the look [s].
         """
-        steps = self.settings.substeps if self._stepwise else 1
-        for step in range(steps):
+        for step in range(self.settings.substeps if self._stepwise else 1):
             for action in self.actions:
                 if step == 0 or action.each_step:
                     action.act(self, time + step * self.time_step)
@@ -283,7 +283,10 @@ class World:
             self._bullet.stepSimulation(physicsClientId=self._client)
 
     def _apply_step_loads(self) -> None:
-        """Give the blocks what acts on them for one time step, as velocities."""
+        """Give the blocks what acts on them for one time step, as velocities, and put moving supports in place."""
+        for support, (displacement, velocity) in self._ways.items():
+            self._put(support, displacement, velocity)
+        self._ways.clear()
         if self._loads is None or self._loads.idle:
             return
         linear, angular = self._loads.take(self.poses()[1], *self.velocities(), self.time_step)
@@ -356,11 +359,15 @@ class World:
         if self._loads is not None:
             self._loads.inertia_scale = scale
         for block in self.assembly.free:
-            moments = scale * self._shapes[block].inertia * self._mass * self.length**2
-            self._bullet.changeDynamics(
-                self._bodies[block], -1, mass=self.assembly.mass[block] * self._mass,
-                localInertiaDiagonal=moments.tolist(), physicsClientId=self._client,
-            )  # fmt: skip
+            self._weigh(block, scale)
+
+    def _weigh(self, block: int, scale: float = 1.0) -> None:
+        """Give a block its mass, and its moments of inertia times a factor."""
+        moments = scale * self._shapes[block].inertia * self._mass * self.length**2
+        self._bullet.changeDynamics(
+            self._bodies[block], -1, mass=self.assembly.mass[block] * self._mass,
+            localInertiaDiagonal=moments.tolist(), physicsClientId=self._client,
+        )  # fmt: skip
 
     def lay_floor(self, below: float) -> None:
         """Lay a level floor, so that what falls past the supports lies somewhere.
@@ -375,8 +382,7 @@ class World:
         plane = b.createCollisionShape(b.GEOM_PLANE, planeNormal=(-down).tolist(), physicsClientId=self._client)
         at = (level * self.length * down).tolist()
         floor = b.createMultiBody(0.0, plane, basePosition=at, physicsClientId=self._client)
-        rough = float(self._friction.max())
-        b.changeDynamics(floor, -1, lateralFriction=rough, restitution=0.0, physicsClientId=self._client)
+        b.changeDynamics(floor, -1, lateralFriction=max(self._friction), restitution=0.0, physicsClientId=self._client)
 
     def poses(self) -> tuple[Floats, Floats]:
         """Return where the blocks are.
@@ -481,7 +487,9 @@ class World:
             self._bullet.resetBaseVelocity(self._bodies[block], v, w, physicsClientId=self._client)
 
     def carry(self, support: int, displacement: Floats, velocity: Floats) -> None:
-        """Put a moving support in its place for one time step.
+        """Move a support for the next time step.
+
+        Only actions that act at each step may call it. What several actions give adds up.
 
         Parameters
         ----------
@@ -497,6 +505,10 @@ class World:
         Bullet takes any static body to be at rest, so a static support would slip under what stands on it. A support
         that moves becomes a body of enormous mass, told its place and velocity before every step.
         """
+        self._ways[support] = self._ways.get(support, 0.0) + np.array([displacement, velocity], dtype=float)
+
+    def _put(self, support: int, displacement: Floats, velocity: Floats) -> None:
+        """Put a moving support in its place for one time step."""
         b, body = self._bullet, self._bodies[support]
         if support not in self._carried:
             self._carried.add(support)
@@ -508,8 +520,7 @@ class World:
         turned = b.getBasePositionAndOrientation(body, physicsClientId=self._client)[1]
         b.resetBasePositionAndOrientation(body, place.tolist(), turned, physicsClientId=self._client)
         # The step adds gravity first.
-        fall = self._gravity * self._acceleration * self.settings.time_step
-        at = np.asarray(velocity) * (self.length / self.time) - fall
+        at = velocity * (self.length / self.time) - self._gravity * self._acceleration * self.settings.time_step
         b.resetBaseVelocity(body, at.tolist(), [0.0, 0.0, 0.0], physicsClientId=self._client)
 
     def remove(self, block: int) -> None:
@@ -568,11 +579,7 @@ class World:
             Number of the block.
         """
         self._held.discard(block)
-        moments = self._shapes[block].inertia * self._mass * self.length**2
-        self._bullet.changeDynamics(
-            self._bodies[block], -1, mass=self.assembly.mass[block] * self._mass,
-            localInertiaDiagonal=moments.tolist(), physicsClientId=self._client,
-        )  # fmt: skip
+        self._weigh(block)
         self.set_gravity(self._gravity)
 
     def contact_forces(self) -> tuple[Ints, Floats, Floats]:

@@ -93,6 +93,7 @@ def closed_scene(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
     InputError
         Naming two blocks, where blocks would fall by a tenth of the threshold or more until they touch, and moving
         corners does not prevent it, or where blocks overlap by so much that cutting them would make others of them.
+        Also where blocks overlap and the interfaces have a friction of their own.
 
     Notes
     -----
@@ -108,6 +109,11 @@ def closed_scene(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
         cut = np.maximum(cut, further)
     if not cut.any():
         return _joined(assembly, interfaces)
+    if interfaces.friction is not None:
+        raise InputError(
+            f'"{assembly.name}": blocks overlap by more than a joint and are cut for Bullet, so the friction of its '
+            "interfaces is lost; give it by joint laws, or draw blocks that only touch"
+        )
     scene = _joined(trimmed, find_interfaces(trimmed, gap=interfaces.searched))
     return replace(scene, trimmed=int((cut > 0).sum()), cut=float(cut.max()), moved=max(scene.moved, float(cut.max())))
 

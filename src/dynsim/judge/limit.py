@@ -29,6 +29,8 @@ FIRST, SECOND = 0.98, 1.005
 GROWTH, STEP = 2.0, 0.025
 #: A load carried this many times over, in units of the weight, is called unbounded.
 UNBOUNDED = 64.0
+#: A bracket that still begins at 0 is halved down to this share of the first upper end.
+LEAST = 1e-6
 #: Outside a bracket, this far off relative to it, the verdicts are asked for once more.
 BESIDE = 0.05
 
@@ -84,8 +86,10 @@ class DynamicLimit(Result):
             lines.append(f"Multiplier between {self.lower:.5g} and {self.upper:.5g}.")
         if np.isinf(self.static[0]) and self.static[0] > 0:
             lines.append("Statics carry the load without bound.")
-        elif np.isneginf(self.static[0]):
+        elif np.isneginf(self.static[1]):
             lines.append("By statics it falls without the load, too.")
+        elif np.isneginf(self.static[0]) and np.isinf(self.static[1]):
+            lines.append("Statics do not decide.")
         else:
             lines.append(f"Static bracket: {self.static[0]:.5g} to {self.static[1]:.5g}.")
         if self.ratio is not None and self.outcome is LimitOutcome.LIMIT:
@@ -202,10 +206,12 @@ def limit(
         outcome, lower, upper = search.bracket(guess)
         if check and outcome is LimitOutcome.LIMIT:
             for multiplier in (lower * (1 - BESIDE), upper * (1 + BESIDE)):
-                search.stands(multiplier)
+                if multiplier:  # 0 was tried
+                    search.stands(multiplier)
     return DynamicLimit(
         outcome, lower, upper, (static.lower, static.upper), tuple(search.trials), process_time() - start,
-        search.threshold, (*_warnings(search.trials, lower, upper), *_creeping(settings)),
+        search.threshold,
+        (*_warnings(search.trials, lower, upper, unbounded=search.unbounded), *_creeping(settings)),
     )  # fmt: skip
 
 
@@ -236,7 +242,7 @@ class _Search:
         self._assembly, self._force, self._settings = assembly, force, settings
         self._permanent = permanent
         self._interfaces, self._width, self._progress = interfaces, width, progress
-        self._unbounded = unbounded
+        self.unbounded = unbounded
         chosen = None if settings is None else settings.brick_threshold
         self.threshold = chosen or default_threshold(assembly)
         self.trials: list[Trial] = []
@@ -252,9 +258,7 @@ class _Search:
         self.trials.append(trial)
         if self._progress is not None:
             self._progress(trial)
-        # What statics carry without bound, blocks that creep have not ceased to carry: only a fall is a limit there.
-        creeps = self._unbounded and verdict.outcome is DynamicOutcome.CREEPS
-        return creeps or verdict.outcome is DynamicOutcome.STANDS
+        return _carries(trial, unbounded=self.unbounded)
 
     def bracket(self, guess: float | None) -> tuple[LimitOutcome, float, float]:
         """Outcome and bounds, from a guess of the limit or from nothing."""
@@ -263,7 +267,8 @@ class _Search:
             return LimitOutcome.DEAD_LOAD_FALLS, -np.inf, -np.inf
         if high is None:
             return LimitOutcome.UNBOUNDED, low, np.inf
-        while high - low > self._width * high:
+        least = 0.0 if low else LEAST * high
+        while high - low > self._width * high and (low or high > least):
             middle = (low + high) / 2
             low, high = (middle, high) if self.stands(middle) else (low, middle)
         return LimitOutcome.LIMIT, low, high
@@ -290,9 +295,8 @@ class _Search:
         """No static limit to start from: loads about as strong as the weight, doubled."""
         if not self.stands(0.0):
             return None, None
-        free = self._assembly.free
-        total = self._total()
-        unit = self._assembly.free_weight / total if len(free) and total > 0 else 1.0
+        total = Constant(self._force).size(self._assembly)
+        unit = self._assembly.free_weight / total if total > 0 else 1.0
         low, high = 0.0, 0.5 * unit
         while self.stands(high):
             low, high = high, GROWTH * high
@@ -300,13 +304,13 @@ class _Search:
                 return low, None
         return low, high
 
-    def _total(self) -> float:
-        """Sum of the load's forces on the free blocks, or of its moments over the block sizes [N]."""
-        assembly, force, free = self._assembly, self._force, self._assembly.free
-        if force.shape == (3,):
-            return float(assembly.mass[free].sum() * np.linalg.norm(force))
-        arms = np.linalg.norm(force[free, 3:], axis=1) / assembly.size[free]
-        return float((np.linalg.norm(force[free, :3], axis=1) + arms).sum())
+
+def _carries(trial: Trial, *, unbounded: bool) -> bool:
+    """Whether a run counts as carried.
+
+    What statics carry without bound, blocks that creep have not ceased to carry: only a fall is a limit there.
+    """
+    return trial.verdict == DynamicOutcome.STANDS.word or (unbounded and trial.verdict == DynamicOutcome.CREEPS.word)
 
 
 def _creeping(settings: Settings | None) -> list[str]:
@@ -318,19 +322,22 @@ def _creeping(settings: Settings | None) -> list[str]:
     ]
 
 
-def _warnings(trials: list[Trial], lower: float, upper: float) -> tuple[str, ...]:
+def _warnings(trials: list[Trial], lower: float, upper: float, *, unbounded: bool = False) -> tuple[str, ...]:
     """Return what the runs say that does not fit one limit."""
-    stood = [t.multiplier for t in trials if t.verdict == DynamicOutcome.STANDS.word]
-    moved = [t.multiplier for t in trials if t.verdict != DynamicOutcome.STANDS.word]
+    stood = [t.multiplier for t in trials if _carries(t, unbounded=unbounded)]
+    moved = [t.multiplier for t in trials if not _carries(t, unbounded=unbounded)]
     warnings = []
+    if lower == 0.0 and np.isfinite(upper):
+        warnings.append(f"it moved down to a multiplier of {upper:.5g}; smaller ones above 0 were not tried")
     early, late = [m for m in moved if m <= lower], [m for m in stood if m >= upper]
     if early:
         listed = ", ".join(f"{m:.5g}" for m in sorted(early))
         warnings.append(f"not one limit: it moved at {listed} too, below the bracket")
     if late:
         listed = ", ".join(f"{m:.5g}" for m in sorted(late))
-        warnings.append(f"not one limit: it stood at {listed} too, above the bracket")
+        warnings.append(f"not one limit: it stood{' or crept' * unbounded} at {listed} too, above the bracket")
     slow = sorted({t.verdict for t in trials} - {"stands", "falls"})
     if slow:
-        warnings.append(f"some runs neither stood nor fell ({', '.join(slow)}); they count as beyond the limit")
+        counted = "carried, as statics carry the load without bound" if unbounded else "beyond the limit"
+        warnings.append(f"some runs neither stood nor fell ({', '.join(slow)}); they count as {counted}")
     return tuple(warnings)

@@ -141,7 +141,7 @@ def sequence(
     Parameters
     ----------
     assembly : Assembly
-        All blocks, with dry joints.
+        All blocks, with dry joints and without ties.
     plan : Plan
         The plan; it is checked first.
     friction : float, optional
@@ -161,7 +161,7 @@ def sequence(
     Raises
     ------
     InputError
-        For a plan that cannot be carried out, for joint laws and for a scene that Bullet cannot simulate.
+        For a plan that cannot be carried out, for joint laws, for ties and for a scene that Bullet cannot simulate.
 
     Examples
     --------
@@ -178,6 +178,8 @@ def sequence(
     assembly = assembly if friction is None else assembly.with_(friction=friction)
     if assembly.joints:
         raise InputError("sequences are carried out with dry joints; this assembly has joint laws")
+    if assembly.ties:
+        raise InputError(f'"{assembly.name}" has ties; sequences are judged without ties')
     start = process_time()
     scene = closed_scene(assembly, find_interfaces(assembly, gap=gap) if interfaces is None else interfaces)
     settings = settings or replace(Settings(), **STEP)

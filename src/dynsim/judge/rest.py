@@ -64,7 +64,7 @@ def stays(assembly: Assembly, loads: Sequence[Load]) -> Ints:
     return np.setdiff1d(assembly.free, np.concatenate(gone)) if gone else assembly.free
 
 
-def threshold_under(assembly: Assembly, loads: Sequence[Load]) -> float:
+def threshold_under(assembly: Assembly, loads: Sequence[Load], given: float | None = None) -> float:
     """Return the displacement that counts as falling under some loads.
 
     Parameters
@@ -73,15 +73,19 @@ def threshold_under(assembly: Assembly, loads: Sequence[Load]) -> float:
         The blocks.
     loads : sequence of Load
         Loads of a run.
+    given : float, optional
+        The threshold asked for [m]. When None it is the default threshold, or the size of a block where a load changes.
 
     Returns
     -------
     float
-        Displacement [m]: the default threshold, or the size of a block and what the loads move where a load changes.
+        Displacement [m]: the threshold and what the loads themselves move.
     """
-    if np.isinf(last_change(loads)):
-        return default_threshold(assembly)
-    return float(np.median(assembly.size[assembly.free])) + sum(load.travel for load in loads)
+    if given is None and np.isinf(last_change(loads)):
+        given = default_threshold(assembly)
+    elif given is None:
+        given = float(np.median(assembly.size[assembly.free]))
+    return given + sum(load.travel for load in loads)
 
 
 def movement(assembly: Assembly, blocks: Ints, moved: Floats, turned: Floats) -> Floats:

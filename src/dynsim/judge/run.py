@@ -219,7 +219,7 @@ def _world(
     """The engine with the blocks in it."""
     if engine == "bullet":
         return World(assembly, settings, acting, interfaces=interfaces)
-    return Lmgc90World(assembly, replace(settings, time_step=settings.quick_step), acting)
+    return Lmgc90World(assembly, replace(settings, time_step=settings.quick_step), acting, interfaces=interfaces)
 
 
 def rotation_vectors(start: Floats, end: Floats) -> Floats:

@@ -29,6 +29,7 @@ from dynsim.judge.stages import SAME_FALL, Stages, stages
 from dynsim.judge.static_reserve import StaticReserve
 from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
 from dynsim.loads.load import Load, Loads, as_loads
+from dynsim.loads.loading import Constant
 from dynsim.settings import Settings
 
 Progress: TypeAlias = Callable[[float, float, float], None] | None
@@ -62,7 +63,7 @@ def verify(
     loads : Load, array of shape (n_blocks, 6), or a sequence of them
         What acts besides the weight. An array holds wrenches about the centroids [N, N m], as in `blockstat.assess`.
         Under loads that last or change, blocks rock and slide and come to rest elsewhere. The default threshold is then
-        the size of a block, and what the loads themselves move is not counted.
+        the size of a block. What the loads themselves move is added to it, and to thresholds that are given.
     actions : sequence of Action
         What else acts on the blocks, such as `AngularSprings` or `InertiaScale`.
     gap : float or str, optional
@@ -98,9 +99,10 @@ def verify(
     Notes
     -----
     A run ends early on a fall and on a rest. Where nothing acts but weight, a fall that is not clear is accepted only
-    if a run with another time step sees the same one (see `dynsim.judge.stages`). Glue stronger than the weight of all
-    blocks is tried at that weight first: what stands with weaker glue stands with stronger glue. Joints that statics
-    count as closed are closed for Bullet, too (see `dynsim.judge.closing`).
+    if a run with another time step sees the same one (see `dynsim.judge.stages`). Where at most `Constant` loads act
+    besides the weight, glue stronger than the weight of all blocks and these loads is tried at that strength first:
+    what stands with weaker glue stands with stronger glue. Joints that statics count as closed are closed for Bullet,
+    too (see `dynsim.judge.closing`).
 
     Examples
     --------
@@ -157,14 +159,17 @@ def _verify(
 ) -> DynamicVerdict:
     """The verdict on blocks whose joints are closed."""
     reserve = None if acting or actions else reserve
+    runs = stages(assembly, settings, interfaces)
+    settings = replace(settings, iterations=runs.first.iterations)
     evaluate = _Evaluator(assembly, settings, acting, actions, interfaces, reserve=reserve, progress=progress)
-    if not (acting or actions) and (weak := weakened(assembly, interfaces)) is not None:
+    constant = [load for load in acting if isinstance(load, Constant)]
+    if len(constant) == len(acting) and not actions and (weak := weakened(assembly, interfaces, constant)) is not None:
         verdict = _Evaluator(weak, settings, acting, actions, interfaces, progress=progress)(settings)
         if verdict.outcome is DynamicOutcome.STANDS:
             return replace(verdict, run=replace(verdict.run, assembly=assembly), warnings=(*verdict.warnings, WEAKER))
     if acting or actions or any(law.strong for law in assembly.joints):
         return evaluate(settings)
-    return _staged(evaluate, stages(assembly, settings, interfaces), reserve)
+    return _staged(evaluate, runs, reserve)
 
 
 def _staged(evaluate: _Evaluator, runs: Stages, reserve: StaticReserve | None) -> DynamicVerdict:
@@ -180,7 +185,8 @@ def _staged(evaluate: _Evaluator, runs: Stages, reserve: StaticReserve | None) -
         longest = min(max(SAME_FALL * fell, runs.check.window), runs.check.longest)
         check = evaluate(replace(runs.check, end=longest))
         spent += check.run.process_seconds
-        same = fell / SAME_FALL <= _fall_time(check) <= fell * SAME_FALL
+        fell_too = check.outcome is DynamicOutcome.FALLS  # a fall by Eq. 1 alone has no time: inf in both
+        same = fell_too and fell / SAME_FALL <= _fall_time(check) <= fell * SAME_FALL
         if same or (reserve is not None and not reserve.equilibrium):
             return replace(verdict, run=replace(verdict.run, process_seconds=spent))
     return evaluate(runs.fine, spent)
@@ -194,7 +200,8 @@ def _fall_time(verdict: DynamicVerdict) -> float:
 #: Bonds give a little before they hold, so glued blocks settle longer by this [s].
 GLUE_SETTLES = 0.1
 WEAKER = (
-    "it stands with glue of no more than the weight of all blocks a joint, so it stands with the stronger glue given"
+    "it stands with glue of no more than the weight of all blocks and the loads on them a joint, so it stands with the "
+    "stronger glue given"
 )
 
 
@@ -217,10 +224,9 @@ class _Evaluator:
         self._group, blocks = _roof(assembly, settings.group)
         self._judged = stays(assembly, loads)
         self._blocks = np.intersect1d(blocks, self._judged)
-        limit = threshold_under(assembly, loads)
-        self._roof = settings.roof_threshold or limit
-        self._brick = settings.brick_threshold or limit
-        self._turned = limit
+        self._roof = threshold_under(assembly, loads, settings.roof_threshold)
+        self._brick = threshold_under(assembly, loads, settings.brick_threshold)
+        self._turned = threshold_under(assembly, loads)
         self._overturned = OVERTURNED if last_change(loads) > -np.inf else np.pi
         self._hold = max(last_change(loads), 0.0)
         self._threshold = default_threshold(assembly)

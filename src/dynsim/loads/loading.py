@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from blockstat.assembly import Assembly
 from blockstat.errors import InputError
 from blockstat.typing import Floats
 from dynsim.checks import not_negative, positive, vector_of
@@ -97,6 +98,8 @@ class Tilt:
 @dataclass(frozen=True, eq=False)
 class Settlement:
     """Supports move along a path at a constant speed, without turning, and stay where it ends.
+
+    What several settlements do to one support adds up.
 
     Examples
     --------
@@ -355,6 +358,25 @@ class Constant:
     def each_step(self) -> bool:
         """Whether it acts at each time step: wrenches do, an acceleration is set once."""
         return np.shape(self.load) != (3,)
+
+    def size(self, assembly: Assembly) -> float:
+        """Return how large the load is, to be compared with the weight.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            What it acts on.
+
+        Returns
+        -------
+        float
+            Sum of its forces on the free blocks and of its moments over their sizes [N].
+        """
+        free, load = assembly.free, np.asarray(self.load, dtype=float)
+        if not self.each_step:
+            return float(assembly.mass[free].sum() * np.linalg.norm(load))
+        arms = np.linalg.norm(load[free, 3:], axis=1) / assembly.size[free]
+        return float((np.linalg.norm(load[free, :3], axis=1) + arms).sum())
 
     def begin(self, world: World) -> None:
         """Set an acceleration, which stays.

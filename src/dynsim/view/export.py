@@ -16,7 +16,7 @@ from blockstat.spec import read
 from blockstat.system.writing import written_whole
 from blockstat.view.animation import quaternions, write_motion
 from dynsim.judge.run import Contacts, Run
-from dynsim.view.film import MOVING, film_strip, write_movie
+from dynsim.view.film import MOVING, film_strip, mp4_program, write_movie
 
 KEYS = 240  #: of an animation, at most
 #: Which suffix is written how.
@@ -43,7 +43,7 @@ def write_run(run: Run, path: str | Path) -> Path:
     Raises
     ------
     InputError
-        For another suffix, or a directory that does not exist.
+        As `check_path`.
     """
     path = check_path(path)
     if path.suffix.lower() == ".glb":
@@ -71,7 +71,7 @@ def check_path(path: str | Path) -> Path:
     Raises
     ------
     InputError
-        For an unknown suffix, or a directory that does not exist.
+        For an unknown suffix, a directory that does not exist, or an MP4 without the package imageio-ffmpeg.
     """
     path = Path(path)
     suffixes = (".glb", ".npz", *MOVING, *PICTURES)
@@ -79,6 +79,8 @@ def check_path(path: str | Path) -> Path:
         raise InputError(f'{path}: cannot write "{path.suffix}"; a run is written as: {", ".join(suffixes)}')
     if not path.parent.is_dir():
         raise InputError(f"{path}: no such directory: {path.parent}")
+    if path.suffix.lower() == ".mp4":
+        mp4_program()
     return path
 
 

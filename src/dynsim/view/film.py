@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError
 from blockstat.system.writing import written_whole
 from blockstat.typing import Floats, Ints
@@ -36,7 +37,14 @@ LARGEST = 6.0  #: the longer side of a moving picture [inches]
 LONGEST = 600.0
 
 
-def past_verdict(verdict: DynamicVerdict, seconds: float, *, loads: Loads = (), actions: Sequence[Action] = ()) -> Run:
+def past_verdict(
+    verdict: DynamicVerdict,
+    seconds: float,
+    *,
+    loads: Loads = (),
+    actions: Sequence[Action] = (),
+    gap: float | str = GAP,
+) -> Run:
     """Simulate the run of a verdict again, and go on past the moment at which it was decided.
 
     A run ends as soon as it is decided, so a fall is seen only as far as the threshold. This shows the rest of it. The
@@ -49,8 +57,9 @@ def past_verdict(verdict: DynamicVerdict, seconds: float, *, loads: Loads = (), 
         What `verify` returned.
     seconds : float
         How long to go on [s].
-    loads, actions : optional
-        Those that `verify` was called with.
+    loads, actions, gap : optional
+        Those that `verify` was called with. A verdict does not keep them: with others, or where they are left out, the
+        film is of another motion than the one that was judged.
 
     Returns
     -------
@@ -83,7 +92,7 @@ def past_verdict(verdict: DynamicVerdict, seconds: float, *, loads: Loads = (), 
     travel = sum(load.travel for load in as_loads(run.assembly, loads))
     floor = [_Floor(float(run.times[-1]), verdict.brick_threshold + verdict.settling + travel)]
     beside = [*actions, *(floor if run.engine == "bullet" else [])]
-    return simulate(run.assembly, settings=settings, loads=loads, actions=beside, engine=run.engine)
+    return simulate(run.assembly, settings=settings, loads=loads, actions=beside, gap=gap, engine=run.engine)
 
 
 class _Floor:
@@ -145,7 +154,7 @@ def write_movie(run: Run, path: str | Path, *, frames_per_second: int = 25, slow
     width, height = (2 * round(50 * max(side, 1.0)) / 100 for side in painter.extent * scale)
     figure = Figure(figsize=(width, height), dpi=100)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    with rc_context({"animation.ffmpeg_path": _ffmpeg()} if path.suffix.lower() == ".mp4" else {}):
+    with rc_context({"animation.ffmpeg_path": mp4_program()} if path.suffix.lower() == ".mp4" else {}):
         kind: Any = FFMpegWriter if path.suffix.lower() == ".mp4" else PillowWriter
         writer = kind(fps=frames_per_second)
         with written_whole(path) as place, writer.saving(figure, str(place), dpi=100):
@@ -157,8 +166,19 @@ def write_movie(run: Run, path: str | Path, *, frames_per_second: int = 25, slow
     return path
 
 
-def _ffmpeg() -> str:
-    """Path of the program that makes MP4 files."""
+def mp4_program() -> str:
+    """Return the program that makes MP4 files.
+
+    Returns
+    -------
+    str
+        Its path.
+
+    Raises
+    ------
+    InputError
+        Where the package imageio-ffmpeg, which brings it, is not installed.
+    """
     try:
         import imageio_ffmpeg  # pyright: ignore[reportMissingImports]
     except ImportError:

@@ -38,7 +38,7 @@ def contact_status(
     support_rate
         Rate of the supports' movement.
     sticking_speed
-        Contacts that move more slowly than this stick. Relative to the fastest corner.
+        Contacts that move more slowly than this stick. Relative to the fastest corner, or to the supports.
     associated
         Whether flow is associated in this motion: contacts that slide open by friction times slip.
     opening
@@ -51,7 +51,7 @@ def contact_status(
     """
     contacts, closed = configuration.contacts, configuration.closed
     there = displaced_assembly(configuration.structure.assembly, configuration.pose)
-    speed = float(corner_speed(there, motion).max(initial=0.0)) or 1.0
+    speed = max(float(corner_speed(there, motion).max(initial=0.0)), support_rate) or 1.0
     points = pair_points(configuration.structure.assembly, contacts, configuration.pose, configuration.parameter)
     place = edge_crossings(contacts, configuration.pose, points)[0].mean(axis=1)
     a, b = (point_velocity(there, motion, contacts.pair[:, k], place) for k in (0, 1))
@@ -71,7 +71,7 @@ def contact_status(
 
 
 def tie_status(
-    configuration: Configuration, motion: Floats, *, sticking_speed: float = STICKING_SPEED
+    configuration: Configuration, motion: Floats, support_rate: float = 0.0, *, sticking_speed: float = STICKING_SPEED
 ) -> tuple[Ints, Ints]:
     """Return which ties keep their length in a motion, and which are slack or shorten.
 
@@ -81,21 +81,24 @@ def tie_status(
         The displaced structure.
     motion
         Rates of the blocks about their displaced centroids, of any magnitude, shape (n_blocks, 6).
+    support_rate
+        Rate of the supports' movement.
     sticking_speed
-        Ties that shorten more slowly than this keep their length. Relative to the fastest corner.
+        Ties that shorten more slowly than this keep their length. Relative to the fastest corner, or to the supports.
 
     Returns
     -------
     ties, slack : array of int
         Numbers of ties. Those that yield, and those whose force is constant, are neither.
     """
-    assembly = configuration.structure.assembly
+    structure, assembly = configuration.structure, configuration.structure.assembly
     if not assembly.ties:
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-    there = displaced_assembly(assembly, configuration.pose)
-    speed = float(corner_speed(there, motion).max(initial=0.0)) or 1.0
+    pose = structure.with_supports(configuration.pose, configuration.parameter)
+    there = displaced_assembly(assembly, pose)
+    speed = max(float(corner_speed(there, motion).max(initial=0.0)), support_rate) or 1.0
     unilateral = np.array([not tie.constant for tie in assembly.ties])
     rigid = np.array([np.isinf(tie.greatest) for tie in assembly.ties])
-    slack = slack_of_ties(assembly, configuration.pose) > SLACK * float(assembly.size.max())
-    slack |= slackening(there, motion) > sticking_speed * speed
+    slack = slack_of_ties(assembly, pose) > SLACK * float(assembly.size.max())
+    slack |= slackening(there, motion + support_rate * structure.support_motion) > sticking_speed * speed
     return np.flatnonzero(rigid & ~slack), np.flatnonzero(unilateral & slack)

@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from blockstat.contact.interfaces import Interfaces
 from blockstat.large_displacement.displaced.control import Control
 from blockstat.large_displacement.displaced.loads import PointLoads
@@ -20,7 +22,12 @@ if TYPE_CHECKING:
 
 
 def structure_about_middle(
-    assembly: Assembly, interfaces: Interfaces, dead: PointLoads, live: PointLoads | None, solver: str
+    assembly: Assembly,
+    interfaces: Interfaces,
+    dead: PointLoads,
+    live: PointLoads | None,
+    solver: str,
+    support_motion: Floats | None = None,
 ) -> tuple[Structure, Floats]:
     """Return a structure whose origin is the middle of the box of its blocks that are no supports.
 
@@ -28,6 +35,8 @@ def structure_about_middle(
     ----------
     assembly, interfaces, dead, live, solver
         As `Structure` has them, about any origin.
+    support_motion
+        The same; None where no support moves whole.
 
     Returns
     -------
@@ -51,6 +60,7 @@ def structure_about_middle(
         replace(dead, point=dead.point - origin),
         None if live is None else replace(live, point=live.point - origin),
         solver,
+        np.zeros((assembly.n_blocks, 6)) if support_motion is None else support_motion,
     )
     return here, origin
 

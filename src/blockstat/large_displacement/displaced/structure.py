@@ -1,7 +1,7 @@
 """The structure whose blocks are displaced, and its configuration: a pose with the active set of contacts.
 
 A tie is unilateral. One that is shorter than at rest hangs slack and pulls with its least force, until it is as long as
-at rest again. A strut is slack where it is longer than at rest.
+at rest again. A strut is slack where it is longer than at rest. Supports that move whole carry the ends of their ties.
 """
 
 from __future__ import annotations
@@ -44,6 +44,8 @@ class Structure:
     dead: PointLoads  #: permanent loads besides the weight
     live: PointLoads | None  #: the load that the multiplier multiplies; None where supports move instead
     solver: str  #: as in `blockstat.limit_load`
+    #: of the supports that move whole, for a unit rate of their movement, shape (n_blocks, 6); zero elsewhere
+    support_motion: Floats
 
     @cached_property
     def outlines(self) -> FaceOutlines:
@@ -81,15 +83,35 @@ class Structure:
         assert self.live is not None
         return self.live.wrenches(self.assembly, pose)
 
-    def tie_power(self, pose: Pose, motion: Floats) -> float:
+    def with_supports(self, pose: Pose, parameter: float) -> Pose:
+        """Return a pose in which the supports that move whole are where they have moved, as the ties on them are.
+
+        Parameters
+        ----------
+        pose
+            The pose, with all supports at rest.
+        parameter
+            Movement of the supports [m].
+
+        Returns
+        -------
+        Pose
+            Of all blocks.
+        """
+        return replace(pose, displacement=pose.displacement + parameter * self.support_motion[:, :3])
+
+    def tie_power(self, pose: Pose, parameter: float, motion: Floats) -> float:
         """Return the power of the ties in a motion.
 
         Parameters
         ----------
         pose
             The pose.
+        parameter
+            Movement of the supports [m]; it counts where some move.
         motion
-            Rates of all blocks about their displaced centroids, shape (n_blocks, 6).
+            Rates of all blocks about their displaced centroids, shape (n_blocks, 6); where supports move, for a unit
+            rate of their movement.
 
         Returns
         -------
@@ -99,18 +121,18 @@ class Structure:
         """
         if not self.assembly.ties:
             return 0.0
-        there = displaced_with_slack_ties(self.assembly, pose)
+        there = displaced_with_slack_ties(self.assembly, self.with_supports(pose, parameter))
         return sum(
             rate * (tie.least if rate > 0 or np.isinf(tie.greatest) else tie.greatest)
-            for tie, rate in zip(there.ties, slackening(there, motion).tolist(), strict=True)
+            for tie, rate in zip(there.ties, slackening(there, motion + self.support_motion).tolist(), strict=True)
         )
 
-    def dead_power(self, pose: Pose, motion: Floats) -> float:
+    def dead_power(self, pose: Pose, parameter: float, motion: Floats) -> float:
         """Return the power of the permanent loads and the ties in a motion.
 
         Parameters
         ----------
-        pose, motion
+        pose, parameter, motion
             As in `tie_power`.
 
         Returns
@@ -118,7 +140,7 @@ class Structure:
         float
             w'u and that of the ties [W].
         """
-        return float((self.dead_load(pose) * motion).sum()) + self.tie_power(pose, motion)
+        return float((self.dead_load(pose) * motion).sum()) + self.tie_power(pose, parameter, motion)
 
     def part_of_live_power(self, pose: Pose, motion: Floats, blocks: Ints) -> float:
         """Return the part of the power of the live load in a motion that is on some blocks.
@@ -138,12 +160,12 @@ class Structure:
         power: Floats = (self.live_load(pose) * motion).sum(axis=1)
         return float(power[blocks].sum() / power.sum())
 
-    def multiplier(self, pose: Pose, motion: Floats) -> float:
+    def multiplier(self, pose: Pose, parameter: float, motion: Floats) -> float:
         """Return the multiplier of virtual work, under which all loads together do no work in a motion.
 
         Parameters
         ----------
-        pose, motion
+        pose, parameter, motion
             As in `tie_power`.
 
         Returns
@@ -152,7 +174,7 @@ class Structure:
             alpha = -w'u / l'u, with the power of the ties in w'u; nan where the live load does no work.
         """
         work = float((self.live_load(pose) * motion).sum())
-        dead = self.dead_power(pose, motion)
+        dead = self.dead_power(pose, parameter, motion)
         return -dead / work if work else np.nan
 
 
@@ -174,17 +196,22 @@ class Configuration:
             fixed.assembly, fixed.interfaces, self.contacts, self.closed, self.pose, self.parameter
         )
 
-    def support_rates(self) -> Floats:
-        """Return the velocity of b relative to a at the contact points when the supports move at a unit rate.
+    def support_rates(self, problem: Problem) -> Floats:
+        """Return the rates of contact points, bonds and ties when the supports alone move at a unit rate.
+
+        Parameters
+        ----------
+        problem
+            As `problem` gives it.
 
         Returns
         -------
         Floats
-            In the frames of the displaced joints (normal, two tangents), shape (n_points, 3).
+            Of the columns of its program, shape (m, 3).
         """
         faces, contact = self.joints
-        drive = (self.contacts.drive[:, 1] - self.contacts.drive[:, 0])[contact]
-        return np.einsum("nij,nj->ni", faces.frame[faces.point_interface], drive)
+        drive = self.contacts.drive[contact[faces.start[:-1]]]
+        return problem.rates_by_supports(drive[:, 1] - drive[:, 0], self.structure.support_motion)
 
     def problem(self, multiplier: float = 0.0) -> Problem:
         """Return the equilibrium problem of the displaced structure.
@@ -203,7 +230,7 @@ class Configuration:
         loads = fixed.dead.wrenches(fixed.assembly, self.pose)
         if fixed.live is not None and multiplier:
             loads = loads + multiplier * fixed.live_load(self.pose)
-        there = displaced_with_slack_ties(fixed.assembly, self.pose)
+        there = displaced_with_slack_ties(fixed.assembly, fixed.with_supports(self.pose, self.parameter))
         return equilibrium_problem(there, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=self.joints[0])
 
 

@@ -113,7 +113,7 @@ class _ContactRows:
         self.closed = linkage.closed[which[near]]
         sticking = np.flatnonzero(linkage.sticking & between)
         self.slip_rates, self.slip = self._slips(linkage, sticking, points, normal, valid)
-        self.tie_rates, self.lengthening = tie_rows(linkage, pose, self.origin)
+        self.tie_rates, self.lengthening, _ = tie_rows(linkage, pose, parameter, self.origin)
 
     def _slips(
         self, linkage: Linkage, rows: Ints, points: Floats, normal: Floats, valid: np.ndarray

@@ -55,7 +55,7 @@ def stepped(trial: TrialState, step: float) -> TrialState:
     held = None if structure.live is None else conjugate_control(structure)
     target = 0.0 if held is None else held.value(linkage.assembly, pose)
     parameter = trial.parameter + length * trial.support_rate
-    linkage = _with_taut_ties(_without_lost_bearings(linkage, pose, parameter), pose)
+    linkage = _with_taut_ties(_without_lost_bearings(linkage, pose, parameter), pose, parameter)
     closed = projected_onto_zero_gap(linkage, pose, parameter, PROJECTION_REACH * step, held, target)
     residual = np.zeros(structure.interfaces.n_interfaces)
     np.maximum.at(residual, linkage.contacts.joint, closed.residual_gap)
@@ -104,10 +104,11 @@ def trial_state_at(
     return replace(trial, limit=settling_state(trial.configuration, guess=guess, rough=True), macro_blocks=None)
 
 
-def _with_taut_ties(linkage: Linkage, pose: Pose) -> Linkage:
+def _with_taut_ties(linkage: Linkage, pose: Pose, parameter: float) -> Linkage:
     """The linkage that holds the ties, too, that were slack before a step and are longer after it than at rest."""
-    taut = linkage.slack[slack_of_ties(linkage.assembly, pose)[linkage.slack] < 0]
-    return linkage.rejoined(linkage.contacts.number + taut, pose, 0.0) if len(taut) else linkage
+    slack = slack_of_ties(linkage.assembly, linkage.structure.with_supports(pose, parameter))
+    taut = linkage.slack[slack[linkage.slack] < 0]
+    return linkage.rejoined(linkage.contacts.number + taut, pose, parameter) if len(taut) else linkage
 
 
 def _without_lost_bearings(linkage: Linkage, pose: Pose, parameter: float) -> Linkage:

@@ -74,7 +74,7 @@ class TrialState:
         sticking, sliding = contact_status(
             self.configuration, motion, self.support_rate, sticking_speed=self.sticking_speed, opening=opening
         )
-        ties, slack = tie_status(self.configuration, motion, sticking_speed=self.sticking_speed)
+        ties, slack = tie_status(self.configuration, motion, self.support_rate, sticking_speed=self.sticking_speed)
         return replace(self.linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack)
 
     def speed(self) -> float:

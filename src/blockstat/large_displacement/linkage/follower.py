@@ -41,7 +41,7 @@ LEAST_SHORTENING, MOST_LENGTHENING = 0.1, 10.0
 DEAD_CENTRE = 1e3
 #: Steps of one piece at most. Chosen: a path without end is broken off.
 MAX_STEPS = 100_000
-#: Stands in for a value or deviation of zero where it is divided by.
+#: Stands in for a value of zero, relative to which a deviation is allowed.
 TINY = 1e-300
 
 
@@ -157,14 +157,14 @@ class LinkageFollower:
                 return PathEnd.REACHED, state, None
             if not self.ends_at_zero and self._at_dead_centre(state):
                 return PathEnd.COLLAPSE, state, None
-            factor = self._step_factor(allowed, max(deviation, TINY))
-            step = min(step * min(factor, MOST_LENGTHENING), self.step)
+            step = min(step * self._step_factor(allowed, deviation), self.step)
         return PathEnd.LOST, state, None
 
     @staticmethod
     def _step_factor(allowed: float, deviation: float) -> float:
         """Step length control: the deviation grows with the square of the step."""
-        return float(np.sqrt(AIMED_DEVIATION * allowed / deviation))
+        aimed = AIMED_DEVIATION * allowed
+        return float(np.sqrt(aimed / max(deviation, aimed / MOST_LENGTHENING**2)))
 
     @staticmethod
     def _at_dead_centre(state: PathState) -> bool:

@@ -171,7 +171,7 @@ def pose_at(
     return None
 
 
-def tie_rows(linkage: Linkage, pose: Pose, origin: Floats) -> tuple[VelocityRows, Floats]:
+def tie_rows(linkage: Linkage, pose: Pose, parameter: float, origin: Floats) -> tuple[VelocityRows, Floats, Floats]:
     """Return the rates at which the ties lengthen whose length should not change, and their lengthening.
 
     Parameters
@@ -180,6 +180,8 @@ def tie_rows(linkage: Linkage, pose: Pose, origin: Floats) -> tuple[VelocityRows
         The linkage.
     pose
         The pose.
+    parameter
+        Its parameter [m].
     origin
         Of the bodies, as `Linkage.origins` gives them.
 
@@ -189,17 +191,22 @@ def tie_rows(linkage: Linkage, pose: Pose, origin: Floats) -> tuple[VelocityRows
         One for each of `linkage.ties`.
     lengthening : Floats
         Shape (n,) [m].
+    rate : Floats
+        At which moving supports alone lengthen them, for a unit rate of the parameter, shape (n,).
     """
-    assembly = linkage.assembly
+    assembly, structure = linkage.assembly, linkage.structure
+    pose = structure.with_supports(pose, parameter)
     ties = [assembly.ties[k] for k in linkage.ties]
     blocks = [assembly.blocks_named(tie.between, tie.label) for tie in ties]
     pair = np.array(blocks, dtype=np.int64).reshape(-1, 2)
     ends = np.array([tie.points for tie in ties], dtype=float).reshape(-1, 2, 3)
     now = [displaced_points(assembly, pose, pair[:, k], ends[:, k]) for k in (0, 1)]
-    line = now[1] - now[0]
-    length = np.linalg.norm(line, axis=1)
-    rows = relative_velocity_rows(linkage.body, pair, line / length[:, None], (now[0], now[1]), origin)
-    return rows, length - np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    length = np.linalg.norm(now[1] - now[0], axis=1)
+    along = (now[1] - now[0]) / length[:, None]
+    rows = relative_velocity_rows(linkage.body, pair, along, (now[0], now[1]), origin)
+    apart = structure.support_motion[pair[:, 1], :3] - structure.support_motion[pair[:, 0], :3]
+    rest = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    return rows, length - rest, np.einsum("ni,ni->n", along, apart)
 
 
 def _equations(linkage: Linkage, pose: Pose, parameter: float, motion: Floats) -> _Equations:
@@ -223,10 +230,10 @@ def _equations(linkage: Linkage, pose: Pose, parameter: float, motion: Floats) -
     rate = [-driven[stuck].reshape(-1), -np.einsum("ni,ni->n", across, driven[slid])]
     parts = [pins, slides]
     if len(linkage.ties):
-        row, lengthening = tie_rows(linkage, pose, origin)
+        row, lengthening, by_supports = tie_rows(linkage, pose, parameter, origin)
         parts.append(row)
         residual.append(lengthening)
-        rate.append(np.zeros(len(lengthening)))
+        rate.append(-by_supports)
     if linkage.control is not None:
         parts.append(linkage.control.row(assembly, pose, linkage.body, origin))
         residual.append(np.array([linkage.control.value(assembly, pose) - parameter]))

@@ -73,7 +73,7 @@ class Linkage:
             Shape (n_contacts + n_ties,) [m].
         """
         gap = gaps(self.assembly, self.contacts, pose, parameter)
-        return np.append(gap, slack_of_ties(self.assembly, pose))
+        return np.append(gap, slack_of_ties(self.assembly, self.structure.with_supports(pose, parameter)))
 
     def rejoined(self, rows: Ints, pose: Pose, parameter: float) -> Linkage:
         """Return the linkage with contacts that have closed sticking, and ties that are taut again of fixed length.
@@ -289,7 +289,7 @@ def linkage_at_rest(
     rest = Configuration(structure, contacts, closed, rest_pose(assembly), 0.0)
     rate = 0.0 if drive is None else 1.0
     sticking, sliding = contact_status(rest, mechanism, rate, sticking_speed=STICKING_SPEED_AT_REST)
-    ties, slack = tie_status(rest, mechanism, sticking_speed=STICKING_SPEED_AT_REST)
+    ties, slack = tie_status(rest, mechanism, rate, sticking_speed=STICKING_SPEED_AT_REST)
     return Linkage(structure, contacts, sticking, sliding, ties, slack, control, associated)
 
 

@@ -27,8 +27,9 @@ class StateSolver:
     """Finds points and states of the linkages of one structure."""
 
     structure: Structure
-    #: multiplier, or force on the moving supports [N], of a pose and its motion, where nothing slides against friction
-    value: Callable[[Pose, Floats], float]
+    #: multiplier, or force on the moving supports [N], of a pose, its parameter and its motion, where nothing slides
+    #: against friction
+    value: Callable[[Pose, float, Floats], float]
 
     def point(self, linkage: Linkage, pose: Pose, parameter: float, guess: Floats) -> PathPoint | None:
         """Return the motion and the multiplier of a linkage at a pose.
@@ -49,7 +50,7 @@ class StateSolver:
         if motion is None:
             return None
         if not linkage.slides_with_friction:
-            return PathPoint(parameter, pose, motion, self.value(pose, motion))
+            return PathPoint(parameter, pose, motion, self.value(pose, parameter, motion))
         linkage = with_new_sliding_contacts(linkage, pose, parameter, motion)
         forces, value = sliding_multiplier(linkage.configuration(pose, parameter), motion)
         return PathPoint(parameter, pose, motion, value, linkage, forces)

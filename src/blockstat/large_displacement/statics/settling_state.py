@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from blockstat.analysis.problem import Problem
+from blockstat.analysis.thrust import power_on_supports
 from blockstat.analysis.verdict import relative_motion
 from blockstat.certificate import check as certificate
 from blockstat.large_displacement.displaced.structure import Configuration
@@ -54,9 +55,7 @@ def settling_state(configuration: Configuration, *, guess: Floats | None = None,
     program = problem.program
     if program is None or len(problem.floating):
         return free_fall(configuration.structure, problem, configuration.pose)
-    rate, points = np.zeros((len(program.friction), 3)), slice(program.n_points)
-    driven = configuration.support_rates()[problem.eq.points]
-    rate[points] = driven
+    rate, points = configuration.support_rates(problem), slice(program.n_points)
 
     def solve_with(lifted: Floats) -> Answer:
         offset = rate.copy()
@@ -69,13 +68,13 @@ def settling_state(configuration: Configuration, *, guess: Floats | None = None,
     first = np.zeros(program.n_points)
     if guess is not None:
         guessed = relative_motion(problem.assembly, problem.interfaces, guess)[problem.eq.points]
-        first = uplift(program, guessed + driven)
+        first = uplift(program, guessed + rate[points])
     limits = ROUGH if rough else CONVERGED
     found = without_opening(program, solve_with, rates_of, first, limits, accept_last=rough)
     if found is not None:
         contact = configuration.joints[1][problem.eq.points]
         opening = largest_of_contact(found[1], contact, configuration.contacts.number)
-        return replace(_with_reaction(problem, found[0], driven), opening=opening)
+        return replace(_with_reaction(configuration, problem, found[0], rate), opening=opening)
     answer = solve_with(np.zeros(program.n_points))
     none = np.zeros((configuration.structure.assembly.n_blocks, 6))
     if answer.status is Status.PRIMAL_INFEASIBLE:
@@ -83,15 +82,15 @@ def settling_state(configuration: Configuration, *, guess: Floats | None = None,
     if answer.status.is_infeasible or answer.status.is_stalled:
         fall = steepest_descent(problem, program, answer, None)
         return LimitState(None, none if fall is None else fall, None)
-    return _with_reaction(problem, answer, driven)
+    return _with_reaction(configuration, problem, answer, rate)
 
 
-def _with_reaction(problem: Problem, answer: Answer, driven: Floats) -> LimitState:
+def _with_reaction(configuration: Configuration, problem: Problem, answer: Answer, rate: Floats) -> LimitState:
     """The answer's motion and forces, with the power of the forces at a unit rate of the supports [N]."""
     program = problem.program
     assert program is not None
     force = certificate.balance(program, answer.force)
     proven = certificate.check(program, force, np.zeros_like(program.load)).proves_stable
     forces = forces_of(problem, force, answer.twist, least_adhesion(program, force), proven)
-    reaction = float((force[: program.n_points] * driven).sum()) * program.force_unit
+    reaction = power_on_supports(problem, rate, configuration.structure.support_motion, force)
     return LimitState(reaction, forces.mechanism, forces)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from blockstat.analysis.problem import Problem
+from blockstat.analysis.thrust import power_on_supports
 from blockstat.analysis.verdict import relative_motion
 from blockstat.certificate import check as certificate
 from blockstat.large_displacement.displaced.structure import Configuration
@@ -64,10 +64,10 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
     program = problem.program
     if program is None or len(problem.floating):
         return floating_blocks(problem), np.nan
-    driven = configuration.support_rates()[problem.eq.points]
+    driven = configuration.support_rates(problem)
     rate = relative_motion(problem.assembly, problem.interfaces, motion)[problem.eq.points]
     if structure.live is None:
-        rate = rate + driven
+        rate = rate + driven[: program.n_points]
     slip = np.hypot(rate[:, 1], rate[:, 2])
     slides = slip > STICKING_SPEED * np.abs(motion).max(initial=0.0)
     point = np.flatnonzero(slides & (program.friction[: program.n_points] > 0))
@@ -87,8 +87,9 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
     missing = np.inf if answer.status.is_infeasible or unbalanced > ADHESION_TOLERANCE else adhesion
     force = certificate.balance(loaded, force)
     proven = certificate.check(loaded, force, np.zeros_like(program.load)).proves_stable
+    force = _with_friction(force, sliding)
     if structure.live is None:
-        multiplier = _reaction(problem, force, driven, sliding)
+        multiplier = power_on_supports(problem, driven, structure.support_motion, force)
     return forces_of(problem, force, answer.twist, missing, proven), multiplier
 
 
@@ -121,10 +122,8 @@ def _margin_program(program: PenaltyProgram, total: Floats, live: Floats | None)
     return replace(conic, ridge=MOTION_WEIGHT)
 
 
-def _reaction(problem: Problem, force: Floats, driven: Floats, sliding: _Sliding) -> float:
-    """The power of the contact forces when the supports move at a unit rate [N]; sliding forces contain friction."""
-    program = problem.program
-    assert program is not None
-    tilted, point = driven.copy(), sliding.point
-    tilted[point, 0] -= sliding.friction[:, 0] * (sliding.along * driven[point, 1:]).sum(axis=1)
-    return float((force[: program.n_points] * tilted).sum()) * program.force_unit
+def _with_friction(force: Floats, sliding: _Sliding) -> Floats:
+    """Forces along tilted normals in the frames of the joints, shape (m, 3)."""
+    found, point = force.copy(), sliding.point
+    found[point, 1:] -= sliding.friction * sliding.along * force[point, :1]
+    return found

@@ -14,7 +14,7 @@ import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
-from blockstat.view.plot import DEMAND, MOVED, SUPPORT
+from blockstat.view.plot import DEMAND, MOVED, SUPPORT, USED
 
 if TYPE_CHECKING:
     from blockstat.analysis.verdict import Verdict
@@ -68,7 +68,7 @@ def colouring(choice: str, verdict: Verdict, moved: Floats | None = None) -> Col
     if choice == "verdict":
         choice = "displacement" if verdict.mechanism.any() else "demand"
     if choice == "demand":
-        return scaled(assembly, verdict.demand(), DEMAND, 1.0, "share of the friction used, 1 = sliding [-]")
+        return scaled(assembly, verdict.demand(), DEMAND, 1.0, USED)
     if choice == "tension":
         if np.isnan(verdict.score):
             plain = scaled(assembly, np.zeros(assembly.n_blocks), TENSION, 0.0, "")
