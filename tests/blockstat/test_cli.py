@@ -178,7 +178,7 @@ def test_check_writes_the_verdict_beside_the_blocks(tmp_path):
     assert max(moved) == pytest.approx(1.0)
     wrong = run("check", path, "-o", tmp_path / "thin.stl")
     assert wrong.returncode == 2
-    assert "values are written to .glb and .obj only" in wrong.stderr
+    assert 'cannot write ".stl"; it is written as: .glb, .obj, .json' in wrong.stderr
 
 
 def test_coulomb_options_of_the_command_line(tmp_path):

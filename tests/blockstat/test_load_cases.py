@@ -320,7 +320,7 @@ def test_the_factor_on_the_weight_is_that_of_densities_that_are_imperfect_or_ran
     ({"a": np.full((3, 6), np.nan)}, {"c": {"live": {"a": 1}}}, "loads.a: the array has shape (3, 6); finite values"),
     ({"a": {"kind": "body", "force": (1, 2)}}, {"c": {"live": {"a": 1}}}, "loads.a: force is (1, 2)"),
     ({"a": {"kind": "dispersed", "point": (-1, 1, 9), "force": 1.0, "spread": 1.0, "footprint": "ab"}},
-     {"c": {"live": {"a": 1}}}, "loads.a: a dispersed load cannot be made of"),
+     {"c": {"live": {"a": 1}}}, "loads.a: footprint is 'ab'; the two sides of the loaded area are needed"),
     ({"a": np.ones((3, 6))}, {"c": {"factors": {"a": "x"}}}, "cases.c.factors.a: 'x' is not a finite number"),
 ])  # fmt: skip
 def test_what_is_wrong_with_a_load_or_a_case_is_named(loads, cases, message):

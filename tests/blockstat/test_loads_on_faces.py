@@ -280,8 +280,11 @@ def test_a_spread_load_beside_or_below_all_faces_is_refused():
     assert dispersed_load(asm, (1, 1, 1.0 - 1e-7), 1.0, **options)[1, 2] == pytest.approx(-1.0)
     assert dispersed_load(asm, (5, 1, 0.9), 1.0, **options)[2, 2] == pytest.approx(-1.0)
     assert dispersed_load(asm, (2.9, 1, 2.0), 1.0, group="deck.a", **options)[:, 2] == pytest.approx([0, -1, 0])
-    for footprint in ((0.0, 0.0), (0.1, 0.0), (0.1, 0.1, 0.1), (0.1, -0.2)):
+    for footprint in ((0.0, 0.0), (0.1, 0.0), (0.1, -0.2)):
         with pytest.raises(InputError, match=r"the load at .* has an area of .* both must be above 0"):
+            dispersed_load(asm, (1, 1, 1.0), 1.0, spread=0.5, footprint=footprint)
+    for footprint in (0.1, (0.1, 0.1, 0.1), (0.1, np.inf), "ab"):
+        with pytest.raises(InputError, match=r"footprint is .*; the two sides of the loaded area are needed"):
             dispersed_load(asm, (1, 1, 1.0), 1.0, spread=0.5, footprint=footprint)
     shelf = assembly([box((0, 0, 0), (2, 1, 1), name="low"), box((0, 0, 3), (2, 1, 4), name="shelf")], supports=[])
     with pytest.raises(InputError, match='free faces of "low" and "shelf" lie above each other'):

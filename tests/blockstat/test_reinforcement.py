@@ -7,7 +7,18 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from blockstat import InputError, Tie, TieOutcome, anchor_plate, limit_load, tendon_load, tie_gain, tie_range
+from blockstat import (
+    InputError,
+    LoadOutcome,
+    Tie,
+    TieOutcome,
+    anchor_plate,
+    assess,
+    limit_load,
+    tendon_load,
+    tie_gain,
+    tie_range,
+)
 from blockstat.analysis import thrust
 from blockstat.solve.answer import Status
 from evidence.scenes.small import assembly, box, stack
@@ -31,6 +42,18 @@ def test_the_range_of_a_tie_that_does_not_exist_is_refused(number):
 def test_a_tie_whose_force_is_given_has_no_range():
     with pytest.raises(InputError, match='tie "bar": its force is given; there is no range to find'):
         tie_range(overhang(least=5.0, greatest=5.0, name="bar"))
+
+
+@pytest.mark.parametrize(("part", "outcome"), [(0.9, "unstable"), (1.0, "stable"), (1.1, "unstable")])
+def test_a_block_that_only_a_given_force_holds_hangs_where_the_force_is_its_weight(part, outcome):
+    ceiling, bell = box((0, 0, 3), (1, 1, 4), name="ceiling"), box((0, 0, 0), (1, 1, 1), name="bell")
+    force = part * 1000.0
+    rod = Tie(("ceiling", "bell"), ((0.5, 0.5, 3), (0.5, 0.5, 1)), least=force, greatest=force)
+    asm = replace(assembly([ceiling, bell], supports=["ceiling"], ties=[rod]), density=np.full(2, 1000.0))
+    assert assess(asm).outcome.name.lower() == outcome
+    assert limit_load(asm, (1, 0, 0)).outcome is (
+        LoadOutcome.LIMIT if outcome == "stable" else LoadOutcome.DEAD_LOAD_UNSTABLE
+    )
 
 
 def test_a_tie_between_supports_has_no_range():

@@ -211,8 +211,9 @@ class _Graph:
 def _chunks(count: Ints, order: Ints) -> Iterator[tuple[int, int, int, Ints]]:
     """Pairs with as many rows, few enough that these stay in the cache: rows of each, first and last pair, the rows."""
     sizes, starts = np.unique(count, return_index=True)
+    ends = np.append(starts, len(count))[1:]
     done = 0
-    for size, start, end in zip(sizes.tolist(), starts.tolist(), [*starts[1:].tolist(), len(count)], strict=True):
+    for size, start, end in zip(sizes.tolist(), starts.tolist(), ends.tolist(), strict=True):
         step = max(CHUNK // size, 1)
         for first in range(start, end, step):
             last = min(first + step, end)

@@ -251,8 +251,11 @@ def dispersed(
     depth = [place @ up - height for _, height in below(faces, place, up)]
     if not depth or max(depth) < -ON * float(assembly.size.max()):
         raise InputError(f"no free face of these blocks lies below the point {place.tolist()}")
-    sides = numbers(footprint) + 2 * spread * max(min(depth), 0.0)
-    if sides.shape != (2,) or not (sides > 0).all():
+    loaded = numbers(footprint)
+    if loaded.shape != (2,) or not np.isfinite(loaded).all():
+        raise InputError(f"footprint is {footprint!r}; the two sides of the loaded area are needed, finite [m]")
+    sides = loaded + 2 * spread * max(min(depth), 0.0)
+    if not (sides > 0).all():
         raise InputError(f"the load at {place.tolist()} has an area of {sides.tolist()} m below; both must be above 0")
     plan = _plan(up)
     flat = plan @ place
