@@ -37,6 +37,16 @@ if TYPE_CHECKING:
     from blockstat.analysis.limit_load import LimitLoad
     from blockstat.assembly import Assembly
 
+Page = Annotated[
+    Path,
+    typer.Option(
+        "-o",
+        "--output",
+        callback=file_to_write(".html", ".htm"),
+        help="The page to write (.html); a browser prints it as PDF.",
+    ),
+]
+
 
 def over_the_horizon(
     file: Path,
@@ -138,7 +148,13 @@ def tie_command(
     up: Up = None,
     gap: Gap = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Also write the blocks with the tie (.json, in metres, z up).")
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            callback=file_to_write(".json"),
+            help="Also write the blocks with the tie (.json, in metres, z up).",
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -149,8 +165,6 @@ def tie_command(
     from blockstat.joint import Tie
     from blockstat.reinforcement.ties import tie_range
 
-    if output is not None and output.suffix.lower() != ".json":
-        raise InputError(f"{output}: only .json keeps ties")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near, form = gap_of(gap), "X,Y,Z,X,Y,Z"
     names = between.split(",")
@@ -174,7 +188,7 @@ def tie_command(
 
 def report_command(
     file: FileArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="The page to write (.html).")],
+    output: Page,
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
@@ -267,15 +281,11 @@ def write_report(
     Raises
     ------
     InputError
-        For a page that cannot be written, before anything is computed, and for a load case that cannot be used.
+        For a load case that cannot be used.
     """
     from blockstat.contact.interfaces import GAP
     from blockstat.view.assessment import assess_fully, assessment_html
 
-    if output.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"{output}: a report is a page, .html; the browser prints it as PDF")
-    if not output.parent.is_dir():
-        raise InputError(f"{output}: no such directory: {output.parent}")
     near = GAP if gap is None else gap
     cases = all_cases(assembly, file, loads, gap=near)
     chosen = None if case is None else chosen_case(assembly, file, case, loads, gap=near)

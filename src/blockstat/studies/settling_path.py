@@ -49,7 +49,7 @@ class PathOutcome(Sentence):
 
     COLLAPSE = "Collapse: beyond this movement of the supports no admissible forces exist, and the assembly falls."
     REACHED = "Reached: the assembly stands at the movement asked for."
-    FOLLOWS = "Follows: nothing resists this movement; the assembly follows its supports as one body."
+    FOLLOWS = "Follows: the assembly follows its supports as one body; no joint opens or slides."
     LOST = "Lost: the mechanism jams or slides in a way that is not followed further; what lies beyond is not known."
     INTERRUPTED = "Interrupted: the path is known up to here."
 

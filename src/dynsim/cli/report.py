@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,13 +10,13 @@ import typer
 from blockstat.cli.cases import Case, LoadsFile
 from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc
 from blockstat.cli.options import FileArgument, Friction, Gap, Gravity, Supports, Tilt, Units, Up, gap_of, load
-from blockstat.cli.studies import asked_code, write_report
+from blockstat.cli.studies import Page, asked_code, write_report
 from dynsim.cli.criteria import Preset
 
 
 def report(
     file: FileArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="The page to write (.html).")],
+    output: Page,
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
