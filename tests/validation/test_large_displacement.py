@@ -388,4 +388,4 @@ def test_supports_that_all_move_alike_meet_no_resistance():
     found = settle_to_collapse(arch(10, 0.15), {"right": (0, 0, -1), "left": (0, 0, -1)})
     assert found.outcome.word == "follows"
     assert found.collapse is None
-    assert "nothing resists" in found.explain()
+    assert "no joint opens or slides" in found.explain()
