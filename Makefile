@@ -22,7 +22,7 @@ MISSING ?=
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
 
-demo: $(STAMP)  ## search the thinnest walls of examples/chapel.toml
+demo: $(STAMP)  ## search the thinnest walls and vault of examples/chapel.toml
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
 
 test: $(STAMP)  ## run the tests except the slow ones
@@ -71,7 +71,8 @@ validation: evidence  ## recompute the reference values
 pages: $(STAMP)  ## fill the pages from docs/results
 	$(BIN)/python -m evidence.pages.fill
 
-# A warning is an error. Notebooks run, and are run again when they or the code have changed.
+# A warning is an error. Notebooks run again when they or src have changed; after a change of evidence or docs/results
+# remove build/notebooks.
 docs: $(STAMP)  ## build the pages into build/docs
 	$(BIN)/python -m sphinx -W --keep-going -q docs build/docs
 	@echo build/docs/index.html
@@ -92,7 +93,7 @@ release: $(STAMP)  ## refuse figures that come from another source than this one
 blender: $(STAMP)  ## build the zips of the Blender extension in build/blender
 	$(BIN)/python extras/blender/build.py
 
-clean:  ## remove what was built or installed
+clean:  ## remove .venv, build, dist and out with all results in it
 	rm -rf $(VENV) out build dist src/*.egg-info
 
 # requirements.lock holds the versions that the tests ran with, and the hashes of their files.
