@@ -80,6 +80,25 @@ def test_a_tie_that_a_rising_wall_slackens_lifts_the_block_when_it_is_taut_again
     np.testing.assert_allclose(found.poses[-1].displacement[1], (0, 0, 0.03), atol=1e-7)
 
 
+@pytest.mark.parametrize("steps", [10, 40])
+def test_a_tie_across_the_movement_drags_the_block_over_the_ground(steps):
+    """At rest the tie does not lengthen. Then the block slides along s and stays on the circle of radius r.
+
+    Friction balances the tie, so s is along the tie, which has turned by a: a' = cos a / r, and the ground feels
+    mu W sin a = mu W tanh(d / r).
+    """
+    ground, block = box((-5, -5, -1), (15, 1.5, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="block")
+    wall = box((-5, 2, -1), (15, 3, 2), name="wall")
+    rod = Tie(("block", "wall"), ((0.5, 0.5, 0), (0.5, 2, 0)))
+    asm = assembly([ground, block, wall], supports=["ground", "wall"], ties=[rod], friction=0.6)
+    found = settle_to_collapse(asm, {"ground": (1, 0, 0)}, displacement=2.0, steps=steps)
+    assert found.outcome is PathOutcome.REACHED
+    np.testing.assert_allclose(found.reaction, -0.6 * np.tanh(found.displacement / 1.5), rtol=0.2 / steps, atol=1e-9)
+    # A tie that moves with the block is as if it were not there.
+    along = replace(asm, ties=(Tie(("block", "ground"), ((0.5, 0.5, 1), (0.5, 1.2, 0))),))
+    assert settle_to_collapse(along, {"ground": (1, 0, 0)}).outcome is PathOutcome.FOLLOWS
+
+
 def test_a_tie_between_two_supports_holds_no_block():
     points = ((0.5, 0.5, -0.5), (1.5, 0.5, 0.5))
     ties = [Tie(("ground", "wall"), points, 0.2, greatest) for greatest in (0.2, np.inf)]
