@@ -20,6 +20,7 @@ from dynsim import (
     Settlement,
     Tilt,
     limit,
+    past_verdict,
     sequence,
     simulate,
     verify,
@@ -501,6 +502,9 @@ def test_glue_far_stronger_than_loads_ask_for_stands_under_them():
         found = verify(asm, loads=[Constant((push, 0, 0))])
         assert found.outcome is DynamicOutcome.STANDS
         assert found.settling < 1e-3
+    # The film is of the same blocks: to go on with the stronger glue would fell them.
+    film = past_verdict(found, 0.2, loads=[Constant((6.0, 0, 0))])
+    assert np.abs(film.since_release[-1]).max() < 1e-3
 
 
 def test_a_search_ends_where_all_multiples_of_a_load_move_the_blocks():

@@ -66,16 +66,21 @@ class DirectionalLimits(Result):
         found = {limit.outcome for limit in self.limits}
         if LoadOutcome.DEAD_LOAD_UNSTABLE in found:
             return DirectionOutcome.DEAD_LOAD_UNSTABLE
-        # Wide bounds do not matter in a direction that is proven to carry more than the weakest one.
-        unproven = [limit for limit in self.limits if limit.outcome in OPEN]
-        if any(limit.lower < self.least.upper or limit is self.least for limit in unproven):
+        if self.open:
             return DirectionOutcome.UNDECIDED
         return DirectionOutcome.UNBOUNDED if found == {LoadOutcome.UNBOUNDED} else DirectionOutcome.LIMIT
 
     @property
+    def open(self) -> list[int]:
+        """Numbers of the directions whose bounds are not close, and that may carry less than the weakest one."""
+        # Wide bounds do not matter in a direction that is proven to carry more than the weakest one.
+        unproven = [k for k, limit in enumerate(self.limits) if limit.outcome in OPEN]
+        return [k for k in unproven if self.limits[k].lower < self.least.upper or k == self.weakest]
+
+    @property
     def has_limits(self) -> bool:
-        """Whether there is a limit load: the assembly stands, and not every direction is unbounded."""
-        return self.outcome not in (DirectionOutcome.DEAD_LOAD_UNSTABLE, DirectionOutcome.UNBOUNDED)
+        """Whether there is a limit load: the assembly stands, and some direction has an upper bound."""
+        return self.outcome is not DirectionOutcome.DEAD_LOAD_UNSTABLE and bool(np.isfinite(self.least.upper))
 
     @property
     def lower(self) -> Floats:

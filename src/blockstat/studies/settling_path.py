@@ -236,7 +236,7 @@ def settle_to_collapse(
 
 
 def _ties_ride(assembly: Assembly, motion: Floats) -> bool:
-    """Whether both ends of each tie move alike, so that it stays as it is; another one pulls as soon as it is longer."""
+    """Whether both ends of each tie move alike, so that it keeps its length."""
     ends = motion[tied_pairs(assembly)]
     return bool((np.abs(np.diff(ends, axis=1)) <= ROUNDING * np.abs(motion).max(initial=0.0)).all())
 

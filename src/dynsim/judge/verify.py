@@ -166,7 +166,7 @@ def _verify(
     if len(constant) == len(acting) and not actions and (weak := weakened(assembly, interfaces, constant)) is not None:
         verdict = _Evaluator(weak, settings, acting, actions, interfaces, progress=progress)(settings)
         if verdict.outcome is DynamicOutcome.STANDS:
-            return replace(verdict, run=replace(verdict.run, assembly=assembly), warnings=(*verdict.warnings, WEAKER))
+            return replace(verdict, warnings=(*verdict.warnings, WEAKER))
     if acting or actions or any(law.strong for law in assembly.joints):
         return evaluate(settings)
     return _staged(evaluate, runs, reserve)
