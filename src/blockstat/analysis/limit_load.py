@@ -294,7 +294,7 @@ def limit_load(
             own = limit_load(case.assembly, load, loads=case.loads, interfaces=case.interfaces, **options)
             if own.outcome is LoadOutcome.STOPPED:
                 raise KeyboardInterrupt  # of the other cases nothing is known
-            brackets.append(replace(own, worst=case.words, warnings=(*problem.warnings, *own.warnings)))
+            brackets.append(replace(own, worst=case.words, warnings=problem.warnings_with(own.warnings)))
         return min(brackets, key=lambda own: own.lower)
     if not len(problem.assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to load')
