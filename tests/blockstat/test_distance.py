@@ -89,3 +89,9 @@ def test_there_is_no_distance_to_no_block():
     none = np.empty(0, dtype=np.int64)
     assert smallest_gap(two, np.array([0]), none) == (np.inf, -1, -1)
     assert smallest_gap(two, none, np.array([0, 1])) == (np.inf, -1, -1)
+
+
+def test_a_corner_listed_twice_is_no_edge_without_length():
+    one = Block([*CUBE.vertices, CUBE.vertices[CUBE.faces[0][0]]], [[8, *CUBE.faces[0]], *CUBE.faces[1:]])
+    with np.errstate(all="raise"):
+        assert gap_of(one, turned(CUBE, np.eye(3), (2.5, 0, 0))) == pytest.approx(0.5)

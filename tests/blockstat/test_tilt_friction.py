@@ -127,3 +127,53 @@ def test_blocks_that_overlap_are_said_beside_the_tilt():
     blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, -0.02), (1, 1, 2), name="sunk")]
     found = tilt_limit(Assembly.from_blocks(blocks, supports=["ground"], friction=1.0), "y")
     assert any("overlap" in text for text in found.warnings), found.explain()
+
+
+def overlapping_pair(**options):
+    """Two pillars of 1 x 1 x 2 m that overlap by 3 cm, so that no fall is proven."""
+    blocks = [box((-2, -1, -1), (4, 2, 0)), box((0, 0, 0), (1, 1, 2)), box((0.97, 0, 0), (1.97, 1, 2))]
+    return Assembly.from_blocks(blocks, supports=[0], friction=1.0, **options)
+
+
+def test_a_fall_that_is_not_proven_is_not_told():
+    """The pillar at the side tips at atan(1/2) = 26.57 degrees, and its corners that overlap may hold it."""
+    found = tilt_limit(overlapping_pair(), "y")
+    assert (found.outcome, found.stands, math.isnan(found.falls)) == (BracketOutcome.OPEN, 25.0, True)
+    assert "Not stable" not in found.explain()
+    assert found.summary()["falls"] is None
+    assert found.summary()["outcome"] == "open"
+    slides = friction_limit(overlapping_pair(gravity=(0.3, 0, -1.0)))  # at .3
+    assert (slides.outcome, math.isnan(slides.falls)) == (BracketOutcome.OPEN, True)
+    assert 0.3 <= slides.stands < 0.7
+    assert friction_limit(slab_on_a_slope()).outcome is BracketOutcome.LIMIT
+
+
+def test_a_fall_at_the_first_value_that_is_undecided_is_told_where_a_nearer_one_is_proven(monkeypatch):
+    from blockstat.analysis import tilt_friction
+
+    asm, found = slab_on_a_slope(), assess(slab_on_a_slope())
+
+    def judged(problem, **_):
+        mu = problem.assembly.friction
+        word = Outcome.UNDECIDED if mu == 0 else Outcome.STABLE if mu > 0.3 else Outcome.UNSTABLE
+        return replace(found, outcome=word, score=math.nan)
+
+    monkeypatch.setattr(tilt_friction, "judged", judged)
+    limit = friction_limit(asm)
+    assert limit.outcome is BracketOutcome.LIMIT
+    assert limit.falls <= 0.3 <= limit.stands <= limit.falls + 1e-6
+
+
+def test_the_friction_of_the_assembly_plays_no_part_beside_cohesion():
+    """100 kN/m2 on 1 m2 hold a slab of some kN on any slope, with the least friction that cohesion goes with."""
+    found = friction_limit(slab_on_a_slope(JointLaw(("*", "*"), cohesion=1e5)).with_(friction=0.0))
+    assert (found.outcome, found.stands) == (BracketOutcome.ALWAYS_STANDS, 1e-3)
+
+
+@pytest.mark.parametrize(("flow", "told"), [("associated", True), ("coulomb", False)])
+def test_a_tilt_without_dilatancy_is_not_said_to_dilate(flow, told):
+    blocks = [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 2))]
+    for axis in ("z", (0, 0, -1)):
+        found = tilt_limit(Assembly.from_blocks(blocks, supports=[0], friction=1.0), axis, flow=flow)
+        assert found.outcome is BracketOutcome.ALWAYS_STANDS
+        assert ("Friction is associated" in found.explain()) is told

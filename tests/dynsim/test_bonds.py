@@ -111,6 +111,14 @@ def test_what_is_glued_falls_as_one(moment):
     np.testing.assert_allclose(one, two, atol=5e-3)
 
 
+@pytest.mark.parametrize("settle_step", [2e-3, 4e-3])
+def test_bonds_hold_while_blocks_settle_in_longer_steps(settle_step):
+    blocks = [box((0, 0, 1), (1, 1, 2), name="beam"), box((0, 0, 0), (1.2, 1, 1), name="load")]
+    asm = glued(assembly(blocks), 1e7, moment=1e7)
+    run = simulate(asm, settings=Settings(time_step=5e-4, settle_step=settle_step, end=0.3, resolution=0.1))
+    assert np.abs(run.displacement).max() < 0.01
+
+
 def test_broken_joints_are_told_apart():
     asm = glued(assembly([*_pair(0.0), *_pair(5.0, height=2.0)], supports=[0, 2]), 1.5)
     with World(asm, Settings(), bonds_of(asm)) as world:

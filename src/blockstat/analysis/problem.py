@@ -150,7 +150,7 @@ class Problem:
         """
         if not self.assembly.ties:
             return None
-        found = np.array([tie.least for tie in self.assembly.ties])
+        found = np.array([tie.least for tie in self.assembly.ties], dtype=float)
         if self.program is not None and len(self.ties) and len(force):
             found[self.ties] = force[-len(self.ties) :, 0] * self.program.force_unit
         return found

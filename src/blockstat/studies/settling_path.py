@@ -229,10 +229,28 @@ def settle_to_collapse(
     states = StateSolver(structure, structure.dead_power)
     follower = LinkageFollower(states, _settling_mechanism, end, end / steps, tolerance, ends_at_zero=False)
     linkage, motion = _mechanism_that_leaves_rest(linkage, start, motion, size)
-    if linkage.sticking.all() and _ties_ride(acting, motion + moving):
+    if linkage.sticking.all() and _moves_straight(acting, motion) and _ties_ride(acting, motion + moving):
         whole = states.first(linkage, start, motion)
         return _path(first, structure, [] if whole is None else [whole], [], PathOutcome.FOLLOWS)
-    return _path(first, structure, *_followed(follower, linkage, start, motion, progress))
+    found, events, outcome = _followed(follower, linkage, start, motion, progress)
+    return _path(first, structure, _with_strength_at_rest(found, linkage, start), events, outcome)
+
+
+def _moves_straight(assembly: Assembly, motion: Floats) -> bool:
+    """Whether no block turns. Blocks on edges and corners may turn while these stick, and slide as they turn on."""
+    spin = np.abs(motion[:, 3:]).max(initial=0.0) * float(assembly.size.max())
+    return bool(spin <= STICKING_SPEED_AT_REST * float(corner_speed(assembly, motion).max(initial=0.0)))
+
+
+def _with_strength_at_rest(states: list[PathState], linkage: Linkage, start: Pose) -> list[PathState]:
+    """The states of a path; at rest no joint is open, so that all have their tensile strength, which opening ends."""
+    if not states or states[0].point.parameter > 0 or not any(law.strong for law in linkage.assembly.joints):
+        return states
+    closed = np.ones(linkage.contacts.number, dtype=bool)
+    reaction = settling_state(replace(linkage, sticking=closed, sliding=~closed).configuration(start, 0.0)).multiplier
+    if reaction is None or np.isinf(reaction):
+        return states
+    return [replace(states[0], point=replace(states[0].point, value=reaction)), *states[1:]]
 
 
 def _ties_ride(assembly: Assembly, motion: Floats) -> bool:
