@@ -92,6 +92,9 @@ def test_there_is_no_distance_to_no_block():
 
 
 def test_a_corner_listed_twice_is_no_edge_without_length():
-    one = Block([*CUBE.vertices, CUBE.vertices[CUBE.faces[0][0]]], [[8, *CUBE.faces[0]], *CUBE.faces[1:]])
+    face = CUBE.faces[0]
+    k = next(k for k, corner in enumerate(face) if CUBE.vertices[corner][0] == 1)
+    faces = [[*face[:k], 8, *face[k:]], *CUBE.faces[1:]]
+    one = Block([*CUBE.vertices, CUBE.vertices[face[k]]], faces)
     with np.errstate(all="raise"):
         assert gap_of(one, turned(CUBE, np.eye(3), (2.5, 0, 0))) == pytest.approx(0.5)

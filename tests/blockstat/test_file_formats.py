@@ -149,8 +149,7 @@ def test_the_native_format_says_what_the_assembly_has(tmp_path):
     bare = native_parts(native(), "stem", supports=("a",))
     assert bare.supports == ["a"]
     assert bare.options == {
-        "name": "stem", "friction": 0.7, "gravity": (0, 0, -9.81), "metadata": {}, "joints": [],
-        "ties": [],
+        "name": "stem", "friction": 0.7, "metadata": {}, "joints": [], "ties": [],
     }  # fmt: skip
     for wrong, kind in (([], "list"), ("x", "str"), (None, "NoneType")):
         with pytest.raises(InputError, match=f'the file holds a {kind}; an object with "blocks" is needed'):
@@ -659,14 +658,14 @@ def test_seven_digits_that_move_corners_are_told(name, tmp_path):
 
 
 def test_a_fine_curve_far_from_the_origin_stays_a_curve(tmp_path):
-    # Half a disc of radius 2 and a metre thick, in 400 steps. As text, an STL holds all digits.
-    angle = np.linspace(0, np.pi, 401)
+    # Half a disc of radius 2 and a metre thick, in 800 steps. As text, an STL holds all digits.
+    angle = np.linspace(0, np.pi, 801)
     x, z = 2 * np.cos(angle), 2 * np.sin(angle)
-    near, far = (np.column_stack([x, np.full(401, y), z]) for y in (0.0, 1.0))
-    quads = [(near[k], near[k + 1], far[k + 1], far[k]) for k in range(400)]
-    quads.append((near[400], near[0], far[0], far[400]))
+    near, far = (np.column_stack([x, np.full(801, y), z]) for y in (0.0, 1.0))
+    quads = [(near[k], near[k + 1], far[k + 1], far[k]) for k in range(800)]
+    quads.append((near[800], near[0], far[0], far[800]))
     triangles = [t for a, b, c, d in quads for t in ((a, c, b), (a, d, c))]
-    triangles += [t for k in range(1, 400) for t in ((near[0], near[k], near[k + 1]), (far[0], far[k + 1], far[k]))]
+    triangles += [t for k in range(1, 800) for t in ((near[0], near[k], near[k + 1]), (far[0], far[k + 1], far[k]))]
     place = np.array([500000.0, 4600000.0, 200.0])
     lines = ["solid disc"]
     for triangle in triangles:
@@ -677,7 +676,7 @@ def test_a_fine_curve_far_from_the_origin_stays_a_curve(tmp_path):
     asm = read(path, supports=[0])
     # Of the curve no more than neighbours a millionth of the disc apart are one face.
     assert len(asm.face_block) > 40
-    assert asm.volume == pytest.approx(400 * 2.0 * np.sin(np.pi / 400), rel=1e-5)
+    assert asm.volume == pytest.approx(800 * 2.0 * np.sin(np.pi / 800), rel=1e-5)
 
 
 def test_faces_that_list_their_own_corners_are_one_block_or_as_many_as_close(tmp_path):
