@@ -21,9 +21,9 @@ from blockstat.contact.coplanar import (
 )
 from blockstat.contact.edges import Contacts, Tolerances, search_of
 from blockstat.contact.faces import (
-    convex_pieces,
     concave_patches,
     convex_faces,
+    convex_pieces,
     frames,
     joined_convex,
     outline_hull,
