@@ -191,7 +191,7 @@ def write(
 
 def _warn_of_rounding(assembly: Assembly, path: Path, unit: str) -> None:
     """Warn where the seven digits of .stl and .ply move the corners of blocks that are far from the origin."""
-    from blockstat.io.single_precision import moved_far_away
+    from blockstat.io.parts import moved_far_away
 
     if moved := moved_far_away(assembly.vertices):
         text = f"{path}: .stl and .ply hold seven digits, so corners moved by up to {moved:.2g} {unit}; "

@@ -23,8 +23,7 @@ from blockstat.errors import HUGE, InputError, gathered, some
 from blockstat.geometry.triangulation import triangulate
 from blockstat.io.names import distinct_names
 from blockstat.io.obj import closed_runs, read_obj, split_solids, write_obj
-from blockstat.io.parts import Parts, chosen_supports
-from blockstat.io.single_precision import moved_far_away, rounding_of
+from blockstat.io.parts import Parts, chosen_supports, moved_far_away, rounding_of
 from blockstat.system.reading import MOST_BYTES, check_file
 from blockstat.typing import Floats, Ints
 
