@@ -139,6 +139,7 @@ def at_path(data: Any, path: str) -> tuple[Any, Any]:
     """
     key = path.partition(".")[0]
     if isinstance(data, dict):
-        key = max((own for own in data if f"{path}.".startswith(f"{own}.")), key=len, default=key)
-    rest, own = path[len(key) + 1 :], int(key) if isinstance(data, list) else key
+        key = max((name for name in data if f"{path}.".startswith(f"{name}.")), key=len, default=key)
+    rest = path[len(key) + 1 :]
+    own: Any = int(key) if isinstance(data, list) else key
     return at_path(data[own], rest) if rest else (data, own)
