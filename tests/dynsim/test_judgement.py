@@ -801,15 +801,13 @@ def test_a_search_reaches_the_limit_in_bullet_from_either_side(factor):
     assert found.ratio == pytest.approx((found.lower + found.upper) / 2 / found.static[1])
 
 
-def test_a_search_ends_where_bullet_carries_sixty_times_what_statics_do():
+def test_a_search_goes_on_where_bullet_carries_sixty_times_what_statics_do():
     asm, joints = foot(0.01)
     found = limit(asm, (1, 0, 0), settings=QUICK, width=0.1, check=False, interfaces=joints)
     assert found.static[1] == pytest.approx(0.005, rel=1e-3)
-    assert (found.outcome, found.upper) == (LimitOutcome.UNBOUNDED, np.inf)
-    assert found.lower == max(trial.multiplier for trial in found.trials)
-    assert 32 * 0.005 <= found.lower <= 64 * 0.005
-    assert found.ratio is None
-    assert found.summary()["upper"] is None
+    assert found.outcome is LimitOutcome.LIMIT  # the block tips at half its weight
+    assert found.lower <= 0.51
+    assert found.upper >= 0.49
 
 
 def test_what_stands_without_the_load_alone_has_a_limit_above_nothing():

@@ -65,17 +65,22 @@ def test_a_limit_of_less_than_runs_can_see_is_not_resolved(friction):
 
 
 def test_a_load_is_unbounded_in_units_of_the_weight():
-    # A load carried up to 0.3 of the weight, where statics say a millionth.
+    # A load carried up to 0.3 of the weight, or without end, where statics say a millionth.
     asm = stack(1)
+    moves, carried = 0.3, []
 
     class Prescribed(_Search):
         def stands(self, multiplier):
-            return multiplier < 0.3
+            carried.append(multiplier)
+            return multiplier < moves
 
     search = Prescribed(asm, asm.gravity[[2, 0, 1]], (), None, None, 0.01, None, unbounded=False)
     outcome, lower, upper = search.bracket(2e-6)
     assert outcome is LimitOutcome.LIMIT
     assert lower < 0.3 <= upper <= 1.02 * lower
+    moves = np.inf
+    assert search.bracket(2e-6)[0] is LimitOutcome.UNBOUNDED
+    assert 32 <= max(carried) <= 64
 
 
 def test_a_static_limit_of_zero_has_no_ratio():

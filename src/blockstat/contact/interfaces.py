@@ -2,9 +2,9 @@
 
 Two faces touch when their normals are opposed and the gap between their planes, measured at every corner of
 the common patch, is within the tolerance. The gap of a warped face is measured from its surface, a fan of triangles
-about its mean corner. Lengths are judged by the size of the smaller block, so the answer
-does not depend on units. Faces in one plane (split or concave faces) make one interface a pair of blocks:
-only the corners of its convex hull are kept, which is exact for equilibrium.
+about its mean corner. Lengths are judged by the size of the smaller block, so the answer does not depend on units.
+Faces in one plane (split or concave faces) make one interface a pair of blocks: only the corners of its convex hull
+are kept, which is exact for equilibrium.
 """
 
 from __future__ import annotations

@@ -361,11 +361,9 @@ class PlanVerdict(Result):
         each = 1e3 * self.seconds / max(len(rows), 1)
         head = f"{self.plan.name}: {len(rows)} steps, at most {self.plan.most_held} held, friction {self.friction:g}"
         lines = [f"{head}; {each:.1f} ms a step"]
-        if not bad:
-            lines.append("Every step is stable.")
-        else:
-            lines += [f"{len(bad)} steps are not stable, the first is step {bad[0]['step']}."]
-            lines += [f"{'step':>5} {'verdict':<10} {'score':>9}  held; first to move"]
+        falls = f"{len(bad)} steps are not stable, the first is step {self.first_fall}."
+        lines.append(falls if bad else "Every step is stable.")
+        lines += [f"{'step':>5} {'verdict':<10} {'score':>9}  held; first to move"] if bad else []
         for row in bad:
             score = "-" if row["score"] is None else f"{row['score']:.3g}"
             moving = ", ".join(row["moving"][:limit]) + (" ..." if len(row["moving"]) > limit else "")
