@@ -89,7 +89,8 @@ def test_an_edge_that_may_crush_is_remembered_from_one_direction_to_the_next():
     tips = 0.25
     assert 0.96 * tips < math.tan(math.radians(tilt_limit(asm, (-1, 0, 0)).falls)) <= tips
     towards = tilt_limit(asm, (1, 0, 0))
-    assert towards.stands < math.degrees(math.atan(tips)) < towards.falls
+    assert towards.stands < math.degrees(math.atan(tips))
+    assert (towards.outcome, math.isnan(towards.falls)) == (BracketOutcome.OPEN, True)  # the ridge may hold it
     leaning = asm.with_(gravity=(0, 4.0, -9.0))
     assert assess(leaning, friction=10.0).outcome is Outcome.UNDECIDED
     assert friction_limit(leaning).outcome is BracketOutcome.UNDECIDED

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Assembly, InputError, JointLaw, Outcome, assess, friction_limit, tilt_limit
 from blockstat.analysis.limit_load import LoadOutcome
-from blockstat.analysis.tilt_friction import BracketOutcome, _close_in
+from blockstat.analysis.tilt_friction import BracketOutcome, _close_in, _scan
 from evidence.scenes.small import assembly, box
 
 #: By a tilt about y gravity leans towards -x, about -y towards +x.
@@ -148,20 +148,16 @@ def test_a_fall_that_is_not_proven_is_not_told():
     assert friction_limit(slab_on_a_slope()).outcome is BracketOutcome.LIMIT
 
 
-def test_a_fall_at_the_first_value_that_is_undecided_is_told_where_a_nearer_one_is_proven(monkeypatch):
-    from blockstat.analysis import tilt_friction
+@pytest.mark.parametrize("limit", [28.3, 30.0])
+def test_a_fall_is_told_where_one_is_proven_before_the_value_that_is_undecided(limit):
+    def judge(degrees):
+        if degrees == 30.0:
+            return Outcome.UNDECIDED, math.nan
+        return (Outcome.STABLE if degrees < limit else Outcome.UNSTABLE), math.nan
 
-    asm, found = slab_on_a_slope(), assess(slab_on_a_slope())
-
-    def judged(problem, **_):
-        mu = problem.assembly.friction
-        word = Outcome.UNDECIDED if mu == 0 else Outcome.STABLE if mu > 0.3 else Outcome.UNSTABLE
-        return replace(found, outcome=word, score=math.nan)
-
-    monkeypatch.setattr(tilt_friction, "judged", judged)
-    limit = friction_limit(asm)
-    assert limit.outcome is BracketOutcome.LIMIT
-    assert limit.falls <= 0.3 <= limit.stands <= limit.falls + 1e-6
+    stands, falls = _scan(judge, 180.0, 1e-6)
+    assert limit - 1e-6 <= stands < limit
+    assert math.isnan(falls) if limit == 30.0 else limit <= falls <= stands + 1e-6
 
 
 def test_the_friction_of_the_assembly_plays_no_part_beside_cohesion():
