@@ -293,7 +293,7 @@ def _solved(program: PenaltyProgram, pushes: sparse.csc_array, n: int, peak: boo
     heads = np.where(slip & (program.friction > 0), program.friction, 1.0)
     size = np.column_stack([heads, slip, slip]).reshape(-1)  # joints that cannot slip have free tangents
     tangents = np.concatenate([3 * smooth + 1, 3 * smooth + 2])  # those without friction have none
-    none = sparse.eye_array(3 * m, format="csr")[tangents]
+    none = sparse.csr_array(sparse.eye_array(3 * m))[tangents]
     eye = sparse.eye_array(n)
     rows = [
         [program.matrix, pushes, sparse.csc_array((len(program.load), last))],
