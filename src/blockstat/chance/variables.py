@@ -12,7 +12,7 @@ from scipy.special import ndtr
 
 from blockstat.errors import HUGE, InputError, check_choice
 from blockstat.joint import fits
-from blockstat.loads import Loads, weighted
+from blockstat.loads import Loads
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -201,7 +201,7 @@ def checked(assembly: Assembly, uncertain: Mapping[str, Random], loads: Loads | 
             continue
         if kind not in GROUP_KEYS or not group:
             raise InputError(f'uncertain "{key}"; keys are: {", ".join(KEYS)}, density.GROUP and loads.GROUP')
-        if kind == "loads" and (loads is None or not weighted(loads).beside.any()):
+        if kind == "loads" and loads is None:
             raise InputError(f'uncertain "{key}": there are no permanent loads')
         if not blocks_of(assembly, group).any():
             assembly.in_group(group)  # raises with the groups there are

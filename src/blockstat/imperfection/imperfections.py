@@ -147,9 +147,9 @@ def realisations(
     InputError
         For a group that no block has, and for load factors without loads.
     """
-    own = None if loads is None else weighted(loads)
-    if imperfections.loads and (own is None or not own.beside.any()):
+    if imperfections.loads and loads is None:
         raise InputError("imperfections: loads has factors, but there are no permanent loads")
+    own = None if loads is None else weighted(loads)
     joints = imperfections.joints(interfaces)
     gamma = imperfections.friction
     caveat = [NO_BOUND] if gamma > 1 and any(_apex_moves(law) for law in assembly.joints) else []
