@@ -269,7 +269,7 @@ def check_limit(found, load, *, loads=None, gap=GAP):
         more = TIGHT * (np.abs(wrench * found.mechanism).sum() + abs(found.upper) * rate)
         assert found.upper * rate + work <= 2 * resisted + more, "the mechanism moves at a smaller load"
     if found.coulomb is not None:
-        assert 0 <= found.coulomb[0] <= found.coulomb[1] <= found.lower * (1 + 1e-12)
+        assert 0 <= found.coulomb[0] <= found.coulomb[1] <= max(found.lower * (1 + 1e-12), found.upper)
 
 
 def check_thrust(found, supports, direction, *, loads=None):

@@ -68,7 +68,7 @@ def check_tilt(found, asm, axis, *, friction=None, gravity=None, **options):
     if found.kinds:
         assert np.isnan(found.stands) or word(found.stands) == "stable"
     elif len(asm.free):
-        check_ends(found.stands, found.falls, word, most=180.0)
+        check_ends(found.stands, found.falls, word, most=found.stands if found.open else 180.0)
 
 
 def check_friction(found, asm, *, top=10.0, width=0.0, **options):
@@ -83,8 +83,8 @@ def check_friction(found, asm, *, top=10.0, width=0.0, **options):
         return
     if np.isnan(found.stands):
         assert found.falls == top or np.isnan(found.falls)
-    cohesive = any(law.cohesion for law in asm.joints)
-    check_ends(found.stands, found.falls, word, most=1e-3 if cohesive else 0.0, width=width)
+    least = 1e-3 if any(law.cohesion for law in asm.joints) else 0.0
+    check_ends(found.stands, found.falls, word, most=found.stands if found.open else least, width=width)
 
 
 def _check_kinds(found, word, sign):

@@ -127,7 +127,7 @@ class Assembly(Polyhedra):
         Returns
         -------
         Assembly
-            The assembly, its blocks in the order given.
+            The assembly, its blocks in the order given, without vertices that no face has.
 
         Raises
         ------
@@ -163,13 +163,14 @@ class Assembly(Polyhedra):
         vertex_start = np.concatenate([[0], np.cumsum([len(v) for v in vertices])])
         faces = _faces_of_all(blocks, names, [len(own) for own in vertices])
         sides = [sizes for _, sizes in faces]
-        corners = [flat + start for (flat, _), start in zip(faces, vertex_start[:-1], strict=True)]
+        corners = np.concatenate([flat + start for (flat, _), start in zip(faces, vertex_start[:-1], strict=True)])
+        used, corners = np.unique(corners, return_inverse=True)
         face_start = np.concatenate([[0], np.cumsum(np.concatenate(sides))])
         assembly = cls(
             name=name,
-            vertices=np.concatenate(vertices),
-            vertex_start=vertex_start,
-            face_vertices=np.concatenate(corners),
+            vertices=np.concatenate(vertices)[used],
+            vertex_start=np.searchsorted(used, vertex_start),
+            face_vertices=corners,
             face_start=face_start,
             face_block=np.repeat(np.arange(len(blocks)), [len(count) for count in sides]),
             names=tuple(names),

@@ -51,7 +51,10 @@ def vector_of(value: Any, what: str, *, zero: bool = False) -> Floats:
     InputError
         For anything but three finite numbers.
     """
-    vector = np.asarray(value, dtype=float)
+    try:
+        vector = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        vector = np.empty(0)  # refused below
     if vector.shape != (3,) or not np.isfinite(vector).all() or not (zero or vector.any()):
         raise InputError(f"{what} is {value!r}; it must be three numbers{'' if zero else ', not all zero'}")
     return vector

@@ -23,6 +23,8 @@ SHOWN = 1 / 8
 THRESHOLD = 0.01
 #: A free run is at least this many windows long, so that a rest has some time to show.
 WINDOWS = 1.5
+#: Looks from which a rest may show: a parabola then has an error of five degrees of freedom.
+LOOKS = 8
 
 
 @dataclass(frozen=True)
@@ -129,5 +131,5 @@ class Settings:
 
     @property
     def longest(self) -> float:
-        """Time after which a free run ends at the latest [s]."""
-        return max(self.end, WINDOWS * self.window)
+        """Time after which a free run ends at the latest [s]; it has `LOOKS` looks at least."""
+        return max(self.end, WINDOWS * self.window, (LOOKS - 1) * self.substeps * self.time_step)

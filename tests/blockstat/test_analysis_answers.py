@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 from blockstat import (
+    Assembly,
     InputError,
     JointLaw,
     LoadOutcome,
@@ -39,20 +40,14 @@ from blockstat.analysis.decision import (
     solve_margin_locally,
     upper_bound,
 )
-from blockstat.analysis.limit_load import (
-    DILATES,
-    UNBOUNDED,
-    LimitLoad,
-    _as_strong_as_the_weight,
-    _beyond_bounds,
-    bracket,
-)
+from blockstat.analysis.limit_load import DILATES, UNBOUNDED, LimitLoad, _beyond_bounds, bracket
 from blockstat.analysis.problem import pose
 from blockstat.analysis.thrust import LoadDomain, ThrustRange, admissible, support_indices
 from blockstat.analysis.tilt_friction import Bracket, BracketOutcome
 from blockstat.certificate.bracket import ROUNDING
 from blockstat.certificate.bracket import Bracket as LimitBracket
 from blockstat.certificate.check import FORCE_LIMIT, FORCE_TOLERANCE, WORK_ROUNDING, Certificate
+from blockstat.program.penalty import as_strong_as_the_weight
 from blockstat.solve.answer import Status
 from blockstat.solve.penalty import solve_penalty
 from evidence.scenes.small import assembly, box, running_bond
@@ -146,7 +141,62 @@ def test_without_dilatancy_a_block_slides_at_its_friction_in_every_kind_of_joint
     for lower, _ in stiff.coulomb_kinds:
         assert lower == pytest.approx(stiff.lower, rel=1.1e-3)
     assert limit_load(block(), (1, 0, 0)).coulomb_kinds == ()
-    assert limit_load(block(), (0, 0, -1), flow="coulomb").coulomb_kinds == ()
+    pressed = limit_load(block(), (0, 0, -1), flow="coulomb")
+    assert (pressed.outcome, pressed.coulomb_kinds) == (LoadOutcome.UNBOUNDED, ((np.inf, np.inf),) * 3)
+    assert pressed.summary()["coulomb_lower"] is pressed.summary()["coulomb_upper"] is None
+    assert "Without dilatancy and self-stress: inf (100000 times the weight was tried)" in pressed.explain()
+    assert "Friction is associated" not in pressed.explain()
+    assert "Friction is associated" in limit_load(block(), (0, 0, -1)).explain()
+
+
+def in_a_slot(floor, friction=0.9):
+    """A cube between two upright walls, on a floor or without one."""
+    ends = [box((-1, 0, 0), (0, 1, 1), name="left"), box((1, 0, 0), (2, 1, 1), name="right")]
+    low = [box((0, 0, -1), (1, 1, 0), name="floor")] if floor else []
+    blocks = [*ends, *low, box((0, 0, 0), (1, 1, 1), name="cube")]
+    return Assembly.from_blocks(blocks, supports=range(len(blocks) - 1), friction=friction)
+
+
+@pytest.mark.parametrize(
+    ("floor", "push", "least"),
+    [
+        (False, (0, 0, -1), 0.0),  # it falls out: no wall presses on it
+        (True, (0, 0, 1), 1.0),  # it rises as soon as the floor carries nothing
+        (True, (0, 1, -1), 9 * np.sqrt(2)),  # along the slot: k / sqrt 2 = mu (1 + k / sqrt 2)
+        (True, (1, 0, 0), np.inf),
+        (True, (0, 0, -1), np.inf),
+        (True, (0, 0.8, -1), np.inf),  # within the friction of the floor
+    ],
+)
+def test_a_cube_in_a_slot_jams_only_where_friction_dilates(floor, push, least):
+    """With dilatancy the walls hold it whatever the push; without, as far as the weight and the push press."""
+    asm = in_a_slot(floor)
+    assert limit_load(asm, push).outcome is LoadOutcome.UNBOUNDED
+    found = limit_load(asm, push, flow="coulomb")
+    assert found.outcome is (LoadOutcome.UNBOUNDED if np.isinf(least) else LoadOutcome.UNDECIDED)
+    assert any("dilate as they slide carry any multiple" in text for text in found.warnings) == np.isfinite(least)
+    assert len(found.coulomb_kinds) == 3
+    for lower, upper in found.coulomb_kinds:
+        assert lower <= least * (1 + 1e-6)
+        assert upper == pytest.approx(least, rel=1.5e-3)
+
+
+def test_an_interrupt_below_a_load_without_limit_is_kept():
+    def stop(trial, low, high):
+        if trial == 1:
+            raise KeyboardInterrupt
+
+    found = limit_load(block(), (0, 0, -1), flow="coulomb", progress=stop)
+    assert found.outcome is LoadOutcome.STOPPED
+    assert found.warnings == ("stopped before every kind of joints without dilatancy was bracketed",)
+
+
+def test_what_carries_nothing_carries_nothing_without_dilatancy():
+    found = limit_load(block(), (1, 0, 0), friction=0.0, flow="coulomb", solver="interior-point")
+    assert found.lower == 0.0
+    assert found.coulomb_least == pytest.approx((0.0, 0.0), abs=1e-8)
+    assert found.summary()["coulomb_lower"] == 0.0
+    assert "Friction is associated" not in found.explain()
 
 
 def limit(**changes):
@@ -774,7 +824,7 @@ def test_blocks_that_touch_nothing_are_counted_beyond_the_first_five(n):
 def test_a_load_is_measured_by_its_forces_in_weights_and_by_its_couples_where_it_has_no_force():
     program = program_of(block()).program
     for load, size in (((3.0, 4, 12, 0, 0, 0), 13.0), ((0, 0, -5, 1, 1, 1), 5.0), ((0, 0, 0, 1.0, -2, 3), 6.0)):
-        scaled, unit = _as_strong_as_the_weight(program, np.array(load))
+        scaled, unit = as_strong_as_the_weight(program, np.array(load))
         assert unit == pytest.approx(size / program.total_load)
         np.testing.assert_allclose(scaled * unit, load)
 

@@ -2,17 +2,18 @@
 
 import logging
 import time
-from math import isnan
+from dataclasses import replace
+from math import isnan, nan
 
 import numpy as np
 import pytest
 
-from blockstat import InputError, assess, build, load_scene, show, write
+from blockstat import Assembly, Imperfections, InputError, JointLaw, assess, box, build, load_scene, show, write
 from blockstat.analysis.certificate_cache import Memory
-from blockstat.app.background import Crashed, Ended, Worker
+from blockstat.app.background import Crashed, Ended, Limits, Worker
 from blockstat.app.controls import named
-from blockstat.app.design import Failed, Judged, Question, open_model
-from blockstat.app.evaluation import evaluated
+from blockstat.app.design import PUSHES, Failed, Judged, Pushed, Question, Scored, Slipped, Stopped, open_model
+from blockstat.app.evaluation import evaluated, slower_results
 from blockstat.app.files import report_file, scene_file
 from blockstat.app.follow import Follower
 from blockstat.app.words import Known, block_card, headline, numbers
@@ -330,6 +331,77 @@ def test_the_scores_that_memory_leaves_open_come_later(hut):
     assert isnan(again.verdict.score)
     assert "…" in numbers(Known(again.verdict))
     assert "not known yet" in colouring("tension", again.verdict).legend
+
+
+class Sent(list):
+    """A channel that keeps what is sent."""
+
+    send = list.append
+
+
+def told_of(verdict):
+    sent = Sent()
+    slower_results(sent, 1, verdict)
+    return sent
+
+
+def test_slower_results_are_of_the_gap_that_the_page_was_given():
+    """A slab that is 9 mm in the ground slides at its friction, and needs none as it lies."""
+    blocks = [box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, 0, -0.009), (1, 1, 0.491), name="slab")]
+    slab = Assembly.from_blocks(blocks, supports=["ground"], friction=0.6)
+    told = told_of(assess(slab, gap="10 mm"))
+    ends = [end for found in told if isinstance(found, Pushed) for end in (found.limit.lower, found.limit.upper)]
+    assert ends == pytest.approx([0.6] * 8, rel=1e-6)
+    assert (told[-1].least, told[-1].reason) == (pytest.approx(0.0, abs=1e-9), "")
+
+
+def test_a_score_that_comes_later_is_of_the_same_worst_case():
+    """A column whose joints have lost 0.2 m on both sides, .1 m of .5 m left, does not stand under .3 of its weight."""
+    leans = stack(1, 0.5, 2.0, gravity=(3.0, 0.0, -9.81))
+    verdict = assess(leans, imperfections=Imperfections(edge=0.2))
+    assert verdict.worst
+    scored = told_of(replace(verdict, score=nan))[0]
+    assert isinstance(scored, Scored)
+    assert (scored.verdict.worst, scored.verdict.score) == (verdict.worst, pytest.approx(verdict.score, rel=1e-6))
+
+
+def test_friction_that_is_not_asked_for_is_not_said_to_be_too_little():
+    own = stack(1, 2.0, 0.5, joints=[JointLaw(("*", "*"), friction=0.5)])
+    verdict = assess(own)
+    slipped = told_of(verdict)[-1]
+    assert isnan(slipped.least)
+    assert "all joints have a friction of their own" in slipped.reason
+    assert "not known" in numbers(Known(verdict, slipped=slipped))
+    assert "none is enough" not in numbers(Known(verdict, slipped=slipped))
+    assert "none is enough" in numbers(Known(verdict, slipped=Slipped(1, nan, 0.0)))
+
+
+def test_a_limit_load_that_could_not_be_found_is_no_limit_of_nothing():
+    verdict = assess(stack(1))
+    pushed = {push: Pushed(1, push, None, "a reason") for push in PUSHES}
+    assert numbers(Known(verdict, pushed=pushed)).count("not known") == 5  # four pushes and the reserve in tilt
+
+
+def test_slower_results_that_are_stopped_are_told(hut):
+    import queue
+
+    calls, told = queue.Queue(), []
+    follower = Follower(calls.put, told.append)
+    model = open_model(hut)
+    try:
+        follower.ask(model, model.start)
+        wait(lambda: answered(calls, follower))
+        follower._limits = Limits(seconds=1e-3)
+        wait(lambda: follower.tick() or not answered(calls, follower) or follower._slower is not None)
+        wait(lambda: (answered(calls, follower), isinstance(told[-1], Stopped))[1])
+    finally:
+        follower.stop()
+    assert told[-1].number == 1
+    assert "limit loads and least friction: stopped after 0.001 s" in told[-1].message
+    judged = next(message for message in told if isinstance(message, Judged))
+    shown = numbers(Known(judged.verdict, stopped=True))
+    assert "…" not in shown
+    assert shown.count("stopped") == 6  # four limit loads, the reserve in tilt and the least friction
 
 
 def test_show_is_one_page_that_needs_nothing_else():

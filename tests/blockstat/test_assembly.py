@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Assembly, Block, InputError, InputWarning, JointLaw, Tie, glued
+from blockstat import Assembly, Block, InputError, InputWarning, JointLaw, Tie, find_interfaces, glued
 from blockstat.assembly import block_indices
 from evidence.scenes.small import box
 
@@ -278,3 +278,12 @@ def test_who_reads_blocks_with_doubled_faces_is_told_in_his_own_line():
     with pytest.warns(InputWarning) as caught:
         user()
     assert (caught[0].filename, caught[0].lineno) == (__file__, user.__code__.co_firstlineno + 1)
+
+
+def test_a_vertex_of_no_face_is_no_part_of_a_block():
+    cubes = [box((500000 + k, 5500000, 100), (500001 + k, 5500001, 101)) for k in (0, 1)]
+    spare = Block(np.vstack([[(0, 0, 0)], cubes[0].vertices]), [[c + 1 for c in face] for face in cubes[0].faces])
+    asm = Assembly.from_blocks([spare, cubes[1]], supports=[0])
+    assert asm.volume == pytest.approx([1.0, 1.0])
+    np.testing.assert_allclose(asm.bounds[0], [(500000, 5500000, 100), (500001, 5500000, 100)])
+    assert find_interfaces(asm).area == pytest.approx([1.0])

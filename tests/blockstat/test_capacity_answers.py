@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blockstat import InputError, JointLaw, capacity
-from blockstat.large_displacement.linkage.path import PathEvent
+from blockstat import InputError, JointLaw, capacity, nonlinear_check
+from blockstat.large_displacement.linkage.follower import LinkageFollower
+from blockstat.large_displacement.linkage.path import PathEnd, PathEvent
 from evidence.dynamics.capacity import portal
 from evidence.scenes.small import assembly, box, running_bond, u_wall
 
@@ -194,3 +195,39 @@ def test_a_mixture_of_mechanisms_is_no_mechanism():
         assert [event.kind for event in curve.events] == [event.kind for event in curves[0].events]
         assert curve.outcome.word == "zero"
         assert curve.displacement[-1] == pytest.approx(curves[0].displacement[-1], rel=1e-5)
+
+
+def overhanging_on_glue():
+    """A cube of weight 1 that reaches .6 m beyond the ground: glue holds it, and without glue it tips at -.1/.5."""
+    blocks = [box((-2, 0, -1), (0, 1, 0), name="ground"), box((-0.4, 0, 0), (0.6, 1, 1), name="block")]
+    return assembly(blocks, friction=0.7, joints=[JointLaw(("*", "*"), tension=10.0)])
+
+
+@pytest.mark.parametrize("by_steps", [False, True])
+def test_a_curve_of_joints_that_hold_by_tension_alone_ends_at_rest(monkeypatch, by_steps):
+    """The glue holds half of 10 x .4 at each end: alpha .5 + .1 = 2 x .4. It is gone when the joint opens."""
+    if by_steps:
+        monkeypatch.setattr(LinkageFollower, "follow", lambda *_: iter([PathEnd.LOST]))
+    curve = capacity(overhanging_on_glue(), ALONG, steps=5)
+    assert curve.limit.lower == pytest.approx(1.4, rel=1e-6)
+    assert curve.displacement[-1] == 0.0
+    assert curve.outcome.word == ("collapse" if by_steps else "zero")
+    assert curve.lower[-1] == pytest.approx(1.4 if by_steps else -0.2, rel=1e-6)
+    with pytest.raises(InputError, match="as soon as the mechanism moves the multiplier drops"):
+        nonlinear_check(curve, ALONG)
+
+
+def test_forces_on_supports_are_no_part_of_what_the_control_is_along():
+    against = [("block", TOP, ALONG), ("ground", (0, 0, -0.5), (-1, 0, 0))]
+    curve = capacity(block(), against, steps=1, displacement=0.01)
+    assert curve.lower[0] == pytest.approx(0.125, rel=1e-6)  # the weight .25 behind the toe, the force 2 above it
+    with pytest.raises(InputError, match="the forces of the load have no resultant on free blocks"):
+        capacity(block(), [("block", TOP, ALONG), ("block", FOOT, (-1, 0, 0)), ("ground", (0, 0, -0.5), ALONG)])
+
+
+def test_a_path_whose_end_is_not_found_is_lost(monkeypatch):
+    monkeypatch.setattr("blockstat.large_displacement.linkage.follower.MAX_STEPS", 3)
+    monkeypatch.setattr("blockstat.large_displacement.finite_steps.follower.MAX_END_TRIALS", 0)
+    curve = capacity(block(), ALONG, control="block", steps=10, displacement=0.2)
+    assert curve.displacement[-1] < 0.2 - 1e-3
+    assert curve.outcome.word == "lost"

@@ -289,3 +289,25 @@ def test_results_hold_the_joints_that_were_found_where_the_model_has_none(monkey
     found = solve(asked, density=1.0, gravity=DOWN)
     assert found.edges["resultant_local"][2] == pytest.approx(WEIGHT)
     assert asked.model.graph.edges() == []
+
+
+def test_a_recorded_sheet_holds_its_neighbours_apart(recwarn):
+    # Found alone, the two cubes would be a joint 2 mm open.
+    blocks = {
+        "bottom": Mesh(box((0, 0, 0), (1, 1, 1)), is_support=True),
+        "sheet": Mesh(box((0, 0, 1), (1, 1, 1.002))),
+        "top": Mesh(box((0, 0, 1.002), (1, 1, 2.002))),
+    }
+    ring = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    joints = [
+        SimpleNamespace(points=[[x, y, z] for x, y in ring], frame=UP, size=1.0, forces=None) for z in (1.0, 1.002)
+    ]
+    thing = assembled(*blocks, bottom_sheet=joints[:1], sheet_top=joints[1:])
+    thing.node_block = blocks.get
+    assert solve(thing, density=1.0, gravity=DOWN).attributes["verdict"]["outcome"] == "stable"
+    assert not [w for w in recwarn if "recorded joint" in str(w.message)]
+
+
+def test_no_density_at_all_is_refused():
+    with pytest.raises(InputError, match="density"):
+        solve(assembled(ground_stone=[joint()]), density=0, gravity=DOWN)

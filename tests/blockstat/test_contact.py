@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, find_interfaces
+from blockstat import Assembly, Block, Outcome, assess, find_interfaces
+from blockstat.contact.faces import surface_heights
 from blockstat.model import assemble, freeform, height_field
 from evidence.scenes.small import arch, assembly, box, prism, running_bond, slice_, stack
 
@@ -218,3 +219,70 @@ def test_a_joint_may_be_as_narrow_as_a_hundred_thousandth_of_its_blocks(width):
     asm = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1)), box((1 - width, 0, 1), (2 - width, 1, 2))], supports=[0])
     found = find_interfaces(asm)
     assert found.area == pytest.approx([width])
+
+
+def saddle(rise, at=(0, 0), z=1.0, thick=1.0):
+    """A metre square whose top goes up and down by turns at its corners, on a flat bottom, and one that fits on it."""
+    below, above = (np.array(box((*at, low), (at[0] + 1, at[1] + 1, low + thick)).vertices) for low in (z - thick, z))
+    for corners in (below, above):
+        level = np.isclose(corners[:, 2], z)
+        corners[level, 2] += rise * np.where(np.isclose(corners[level, 0] - at[0], corners[level, 1] - at[1]), 1, -1)
+    faces = box((0, 0, 0), (1, 1, 1)).faces
+    return Block(below, faces), Block(above, faces)
+
+
+@pytest.mark.parametrize("gap", [0.01, "1 mm", "5 mm"])
+def test_a_block_over_the_plane_of_a_warped_face_stands_on_nothing(gap):
+    # The top goes from 50 mm up to 50 mm down round its corners, and is a fan about its middle. Under the block, whose
+    # underside is in the mean plane, it is 35 to 45 mm down. No joint is so open.
+    support, _ = saddle(0.05)
+    asm = assembly([support, box((0.85, 0.05, 1.0), (0.95, 0.15, 1.1))], supports=[0])
+    places = np.array([(0.85, 0.05, 1.0), (0.95, 0.05, 1.0), (0.95, 0.15, 1.0), (0.5, 0.5, 1.0)])
+    top = np.flatnonzero((asm.face_block == 0) & (asm.planes.normal[:, 2] > 0.9))
+    heights = surface_heights(asm, top, np.array([[0.0, 0.0, 1.0]]), places[None])[0]
+    np.testing.assert_allclose(heights, [-0.035, -0.045, -0.035, 0.0], atol=1e-12)
+    assert find_interfaces(asm, gap=gap).n_interfaces == 0
+    assert assess(asm, gap=gap).outcome is Outcome.UNSTABLE
+
+
+@pytest.mark.parametrize("gap", [0.01, "1 mm", "50 mm"])
+def test_two_blocks_that_share_a_warped_face_have_no_gap(gap):
+    faces = find_interfaces(assembly(saddle(0.05), supports=[0]), gap=gap)
+    assert faces.area == pytest.approx([1.0])
+    assert faces.gap == pytest.approx([0.0], abs=1e-12)
+
+
+def test_the_gap_over_a_warped_face_is_that_at_its_lowest_corner():
+    support, _ = saddle(2e-3)
+    faces = find_interfaces(assembly([support, box((0, 0, 1), (1, 1, 2))], supports=[0]))
+    assert faces.gap == pytest.approx([2e-3])
+    # A diamond has its corners where the top is level, and the middle of its sides half as far from it as the corners.
+    diamond = np.array([(0.5, 0, 1), (1, 0.5, 1), (0.5, 1, 1), (0, 0.5, 1)])
+    stone = Block(np.concatenate([diamond, diamond + [0, 0, 1]]), box((0, 0, 0), (1, 1, 1)).faces)
+    faces = find_interfaces(assembly([support, stone], supports=[0]))
+    assert faces.area == pytest.approx([0.5])
+    assert faces.gap == pytest.approx([1e-3])
+
+
+def test_a_plane_beside_the_box_of_its_warped_block_is_still_found():
+    # The corner of the top is 4.5 mm below its plane, and the stone 19 mm above that: more than the gap from the box.
+    slope, warp, open_by = 0.02, 4.5e-3, 19e-3
+    lower = np.array(box((0, 0, 0), (1, 1, 0.5)).vertices)
+    upper = np.array(box((0.97, 0.97, 0.5), (2, 2, 1.5)).vertices)
+    lean = slope * lower[:, :2].sum(axis=1) + warp * np.where(lower[:, 0] == lower[:, 1], -1, 1)
+    lower[:, 2] += np.where(lower[:, 2] > 0, lean, 0.0)
+    upper[:, 2] += open_by + slope * upper[:, :2].sum(axis=1)
+    faces = box((0, 0, 0), (1, 1, 1)).faces
+    found = find_interfaces(assembly([Block(lower, faces), Block(upper, faces)], supports=[0]), gap="20 mm")
+    assert found.gap == pytest.approx([(open_by + warp) / np.sqrt(1 + 2 * slope**2)])
+
+
+def test_a_corner_listed_twice_at_a_notch_hides_no_part_of_a_face():
+    # An L of three squares, with the corner of its notch doubled, on a slab: 3 m2, not the one square that sees all.
+    outline = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 1), (1, 2), (0, 2)]
+    n = len(outline)
+    vertices = [(x, y, z) for z in (0, 1) for x, y in outline]
+    sides = [[k, (k + 1) % n, (k + 1) % n + n, k + n] for k in range(n) if k != 3]
+    stone = Block(vertices, [list(range(n))[::-1], list(range(n, 2 * n)), *sides])
+    found = find_interfaces(assembly([box((-1, -1, -1), (3, 3, 0)), stone], supports=[0]))
+    assert found.area == pytest.approx([3.0])

@@ -21,9 +21,9 @@ from blockstat.contact.coplanar import (
 )
 from blockstat.contact.edges import Contacts, Tolerances, search_of
 from blockstat.contact.faces import (
-    _convex_pieces,
     concave_patches,
     convex_faces,
+    convex_pieces,
     frames,
     joined_convex,
     outline_hull,
@@ -1008,7 +1008,7 @@ def test_a_patch_that_fills_its_hull_in_pieces_is_one_patch():
 
 def test_a_ring_has_the_area_of_the_ring():
     ring = [(0, 0), (4, 0), (4, 4), (0, 4), (0, 0), (1, 1), (1, 3), (3, 3), (3, 1), (1, 1)]
-    pieces = _convex_pieces(shapely.Polygon(ring[:4], [ring[5:9]]))
+    pieces = convex_pieces(shapely.Polygon(ring[:4], [ring[5:9]]))
     assert sum(shapely.Polygon(p).area for p in pieces) == pytest.approx(12.0)
     assert shapely.union_all([shapely.Polygon(p) for p in pieces]).area == pytest.approx(12.0)
     assert len(pieces) <= 6

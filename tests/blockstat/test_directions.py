@@ -149,6 +149,24 @@ def test_the_least_without_dilatancy_is_said_and_drawn_in_its_own_direction():
     assert "Least without dilatancy, of 3 directions: 0 to 0 towards -y" in found.explain()
 
 
+def test_directions_in_which_a_cube_jams_are_undecided_without_dilatancy():
+    """In a slot along y the walls hold it whichever way it is pushed; without dilatancy it slides at mu along y."""
+    walls = [box((-1, 0, 0), (0, 1, 1)), box((1, 0, 0), (2, 1, 1)), box((0, 0, -1), (1, 1, 0))]
+    asm = Assembly.from_blocks([*walls, box((0, 0, 0), (1, 1, 1))], supports=range(3), friction=0.9)
+    assert limit_load_by_direction(asm, 4, refine=False).outcome is DirectionOutcome.UNBOUNDED
+    found = limit_load_by_direction(asm, 4, refine=False, flow="coulomb")
+    against, along = found.summary()["directions"][:2]
+    assert (against["status"], against["coulomb_lower"], against["coulomb_least"]) == ("unbounded", None, None)
+    assert along["status"] == "undecided"
+    assert along["coulomb_least"] == pytest.approx(0.9, rel=1.5e-3)
+    assert found.summary()["coulomb_least"] == pytest.approx(0.9, rel=1.5e-3)
+    assert found.outcome is DirectionOutcome.UNDECIDED
+    assert "Undecided towards +y, -y: joints that dilate as they slide carry any multiple" in found.explain()
+    wide = replace(found, limits=(*found.limits[:2], *limit_load_by_direction(slab(), 4, refine=False).limits[2:]))
+    assert wide.outcome is DirectionOutcome.LIMIT
+    assert "+y  inf to inf (undecided), without dilatancy 0.89" in wide.explain()
+
+
 def test_an_interrupt_ends_all_directions(monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt

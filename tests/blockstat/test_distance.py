@@ -89,3 +89,12 @@ def test_there_is_no_distance_to_no_block():
     none = np.empty(0, dtype=np.int64)
     assert smallest_gap(two, np.array([0]), none) == (np.inf, -1, -1)
     assert smallest_gap(two, none, np.array([0, 1])) == (np.inf, -1, -1)
+
+
+def test_a_corner_listed_twice_is_no_edge_without_length():
+    face = CUBE.faces[0]
+    k = next(k for k, corner in enumerate(face) if CUBE.vertices[corner][0] == 1)
+    faces = [[*face[:k], 8, *face[k:]], *CUBE.faces[1:]]
+    one = Block([*CUBE.vertices, CUBE.vertices[face[k]]], faces)
+    with np.errstate(all="raise"):
+        assert gap_of(one, turned(CUBE, np.eye(3), (2.5, 0, 0))) == pytest.approx(0.5)

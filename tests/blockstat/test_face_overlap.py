@@ -1,11 +1,13 @@
 """Contact points of joints at displaced poses: overlaps of faces, crossings of their edges, and the closing of gaps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
 from scipy.spatial.transform import Rotation
 
-from blockstat import find_interfaces
+from blockstat import Block, JointLaw, capacity, find_interfaces
 from blockstat.large_displacement.displaced.contact_pairs import edge_crossings, gaps, pair_points, pairs_at_rest
 from blockstat.large_displacement.displaced.face_overlap import overlap_points, with_overlap_points
 from blockstat.large_displacement.displaced.loads import read_loads
@@ -121,3 +123,104 @@ def test_blocks_that_overlap_on_all_sides_are_moved_by_no_more_than_the_overlap(
     found = projected_onto_zero_gap(linkage, pose, 0.0, 1.0, None, 0.0)
     assert found.residual_gap.max() <= size
     assert np.linalg.norm(found.pose.displacement[3:], axis=1).max() <= 2 * size
+
+
+ALONG = (1, 0, 0)
+
+
+def upright(plan, height, **options):
+    """A prism on the ground with an outline in x and y, counter-clockwise seen from above."""
+    n = len(plan)
+    corners = [(x, y, z) for z in (0, height) for x, y in plan]
+    sides = [[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)]
+    return Block(np.array(corners, dtype=float), [list(range(n))[::-1], list(range(n, 2 * n)), *sides], **options)
+
+
+def on_ground_to(end, block, **options):
+    """A block on a ground that ends at x = `end`."""
+    return assembly([box((-3, -3, -1), (end, 4, 0), name="ground"), block], **options)
+
+
+def on_two_feet():
+    """1 m long and deep, on feet .2 m long."""
+    return prism([(0, 0), (0.2, 0), (0.2, 0.2), (0.8, 0.2), (0.8, 0), (1, 0), (1, 0.3), (0, 0.3)], 1.0, name="block")
+
+
+def u_of_three():
+    """Its face is no convex polygon: two arms .2 m wide, joined at their far ends."""
+    return upright([(0, 0), (1, 0), (1, 0.2), (0.2, 0.2), (0.2, 0.8), (1, 0.8), (1, 1), (0, 1)], 0.3, name="block")
+
+
+@pytest.mark.parametrize(("block", "shift", "area"), [
+    (on_two_feet, 0.15, 0.3), (on_two_feet, 0.3, 0.2), (on_two_feet, 1.0, 0.05), (on_two_feet, 2.0, 0.0),
+    (u_of_three, 0.15, 0.2 + 2 * 0.7 * 0.2), (u_of_three, 0.95, 0.1), (u_of_three, 2.0, 0.0),
+])  # fmt: skip
+def test_a_void_between_two_feet_is_no_contact(block, shift, area):
+    """Feet and arms are on the ground as far as that reaches, to x = 1.05; a hull would span what is between them."""
+    scene = on_ground_to(1.05, block())
+    structure = structure_of(scene)
+    pose = Pose(np.array([np.eye(3)] * 2), np.array([[0, 0, 0], [shift, 0, 0]]))
+    contacts = pairs_at_rest(scene, structure.interfaces)
+    assert contacts.area.sum() == pytest.approx(0.4 if block is on_two_feet else 0.2 + 2 * 0.8 * 0.2)
+    found = overlap_points(structure, contacts, np.arange(1), pose, 0.0)
+    assert found.area.sum() == pytest.approx(area, abs=1e-9)
+    face = scene.block_vertices(1)
+    flat = [(x, y) for x, y, z in face[np.abs(face[:, 2]) < 1e-9]]
+    if block is on_two_feet:
+        feet = [shapely.box(x, 0, x + 0.2, 1) for x in (0.0, 0.8)]
+        shape = shapely.union_all(feet)
+    else:
+        shape = shapely.Polygon(flat)
+    shared = shapely.affinity.translate(shape, shift).intersection(shapely.box(-3, -3, 1.05, 4))
+    if shared.area > 0:
+        points = pair_points(scene, found, pose, 0.0)[:, 0, :2]
+        hull = shapely.MultiPoint(points).convex_hull
+        depth = 0.0 if block is u_of_three else hull.bounds[1]
+        moved = shapely.affinity.translate(hull, 0, -depth)
+        assert moved.symmetric_difference(shared.convex_hull).area < 1e-9
+        # Uniform stress has its resultant at the centroid of what touches.
+        centre = found.area @ points / found.area.sum()
+        np.testing.assert_allclose(centre - (0, depth), np.ravel(shared.centroid.xy), atol=1e-9)
+
+
+def test_a_block_on_two_feet_tips_when_the_front_one_is_off_the_ground():
+    """Its centroid is at .5, between the feet: it slides until the front foot is off, after .25, and tips into the
+    void, as the rear foot ends at .45 then."""
+    curve = capacity(on_ground_to(1.05, on_two_feet(), friction=0.3), ALONG, displacement=0.4)
+    assert curve.outcome.word == "collapse"
+    assert curve.displacement[-1] == pytest.approx(0.25, abs=1e-5)
+    np.testing.assert_allclose(curve.lower, 0.3, rtol=1e-6)
+
+
+def test_a_joint_that_slides_keeps_the_friction_it_was_given():
+    scene = on_ground_to(3.0, box((0, 0, 0), (1, 1, 0.5), name="block"), friction=0.7)
+    faces = replace(find_interfaces(scene), friction=np.array([0.3]))
+    curve = capacity(scene, ALONG, displacement=0.1, steps=3, interfaces=faces)
+    np.testing.assert_allclose(curve.lower, 0.3, rtol=1e-6)
+
+
+def test_cohesion_acts_on_what_still_touches():
+    """Of weight W = 1/2 and with a cohesion of 1/4, on (1 - d) x 1: .3 + (1 - d) / 2."""
+    law = JointLaw(("*", "*"), friction=0.3, cohesion=0.25)
+    scene = on_ground_to(1.0, box((0, 0, 0), (1, 1, 0.5), name="block"), joints=[law])
+    curve = capacity(scene, ALONG, displacement=0.25, steps=5)
+    assert curve.outcome.word == "reached"
+    np.testing.assert_allclose(curve.lower, 0.3 + 0.5 * (1 - curve.displacement), rtol=1e-5)
+    assert curve.lower[-1] == pytest.approx(0.675, rel=1e-5)
+
+
+def test_cohesion_of_a_block_on_two_feet_is_that_of_the_feet():
+    """Of weight .18, on feet of .2 x 1 with a cohesion of .09; from .05 on the front one leaves the ground."""
+    law = JointLaw(("*", "*"), friction=0.3, cohesion=0.09)
+    curve = capacity(on_ground_to(1.05, on_two_feet(), joints=[law]), ALONG, displacement=0.15, steps=6)
+    feet = 0.4 - np.maximum(curve.displacement - 0.05, 0)
+    np.testing.assert_allclose(curve.lower, 0.3 + 0.5 * feet, rtol=1e-5)
+
+
+def test_a_face_that_gains_corners_as_it_slides_is_followed():
+    """A triangular plate with a joint law gets a fourth contact point at the edge of the ground."""
+    law = JointLaw(("*", "*"), friction=0.3)
+    plate = upright([(0, 0), (0.8, 0.5), (0, 1)], 0.1, name="plate")
+    curve = capacity(on_ground_to(1.0, plate, joints=[law]), ALONG, displacement=0.4, steps=4)
+    assert curve.outcome.word == "reached"
+    np.testing.assert_allclose(curve.lower, 0.3, rtol=1e-6)

@@ -149,8 +149,7 @@ def test_the_native_format_says_what_the_assembly_has(tmp_path):
     bare = native_parts(native(), "stem", supports=("a",))
     assert bare.supports == ["a"]
     assert bare.options == {
-        "name": "stem", "friction": 0.7, "gravity": (0, 0, -9.81), "metadata": {}, "joints": [],
-        "ties": [],
+        "name": "stem", "friction": 0.7, "metadata": {}, "joints": [], "ties": [],
     }  # fmt: skip
     for wrong, kind in (([], "list"), ("x", "str"), (None, "NoneType")):
         with pytest.raises(InputError, match=f'the file holds a {kind}; an object with "blocks" is needed'):
@@ -635,3 +634,57 @@ def test_what_is_no_surface_is_refused_with_its_file(tmp_path):
         read_surface(junk)
     with pytest.raises(InputError, match="units are 'yd'"):
         read_surface(obj(tmp_path, "v 0 0 0", "v 1 0 0", "v 0 1 0", "f 1 2 3"), units="yd")
+
+
+def far_cube():
+    """A cube of 0.3 m at UTM coordinates, where single precision has steps of 0.5 m."""
+    return assembly([box((500000.0, 4600000.0, 200.0), (500000.3, 4600000.3, 200.3))], supports=[0])
+
+
+def test_a_glb_far_from_the_origin_keeps_its_blocks(tmp_path):
+    asm = far_cube()
+    before = asm.vertices.copy()
+    again = read(write(asm, tmp_path / "far.glb"))
+    assert (asm.vertices == before).all()
+    assert len(again.face_block) == 6
+    for found, wanted in zip(again.bounds, asm.bounds, strict=True):
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", ["far.stl", "far.ply", "far"])
+def test_seven_digits_that_move_corners_are_told(name, tmp_path):
+    with pytest.warns(InputWarning, match=r"seven digits, so corners moved by up to 0\.2 m"):
+        write(far_cube(), tmp_path / name)
+
+
+def test_a_fine_curve_far_from_the_origin_stays_a_curve(tmp_path):
+    # Half a disc of radius 2 and a metre thick, in 800 steps. As text, an STL holds all digits.
+    angle = np.linspace(0, np.pi, 801)
+    x, z = 2 * np.cos(angle), 2 * np.sin(angle)
+    near, far = (np.column_stack([x, np.full(801, y), z]) for y in (0.0, 1.0))
+    quads = [(near[k], near[k + 1], far[k + 1], far[k]) for k in range(800)]
+    quads.append((near[800], near[0], far[0], far[800]))
+    triangles = [t for a, b, c, d in quads for t in ((a, c, b), (a, d, c))]
+    triangles += [t for k in range(1, 800) for t in ((near[0], near[k], near[k + 1]), (far[0], far[k + 1], far[k]))]
+    place = np.array([500000.0, 4600000.0, 200.0])
+    lines = ["solid disc"]
+    for triangle in triangles:
+        corners = [f"vertex {' '.join(map(repr, (np.round(c, 9) + place).tolist()))}" for c in triangle]
+        lines += ["facet normal 0 0 0", "outer loop", *corners, "endloop", "endfacet"]
+    path = tmp_path / "disc.stl"
+    path.write_text("\n".join([*lines, "endsolid disc"]))
+    asm = read(path, supports=[0])
+    # Of the curve no more than neighbours a millionth of the disc apart are one face.
+    assert len(asm.face_block) > 40
+    assert asm.volume == pytest.approx(800 * 2.0 * np.sin(np.pi / 800), rel=1e-5)
+
+
+def test_faces_that_list_their_own_corners_are_one_block_or_as_many_as_close(tmp_path):
+    lines = []
+    for block in (box((0, 0, 0), (1, 1, 1)), box((0, 0, 1), (1, 1, 2))):
+        for face in block.faces:
+            lines += [f"v {' '.join(map(str, block.vertices[corner]))}" for corner in face] + ["f -4 -3 -2 -1"]
+    assert read(obj(tmp_path, *lines[:30]), supports=[0]).volume.tolist() == pytest.approx([1.0])
+    assert read(obj(tmp_path, *lines), supports=[0]).volume.tolist() == pytest.approx([1.0, 1.0])
+    with pytest.raises(InputError, match="open"):
+        read(obj(tmp_path, *lines[:25]), supports=[0])

@@ -106,6 +106,19 @@ def test_errors_say_what_is_wrong(moves, expected):
         settle(beam(), moves)
 
 
+def test_a_support_that_only_anchors_a_tie_drags_what_is_tied_to_it():
+    """The block slides at .6 of its weight of 1."""
+    ground, anchor = box((-5, -5, -1), (5, 5, 0), name="ground"), box((6, 0, -1), (7, 1, 2), name="anchor")
+    tie = Tie(("block", "anchor"), ((1, 0.5, 0), (6, 0.5, 0)))
+    block = box((0, 0, 0), (1, 1, 1), name="block")
+    asm = assembly([ground, block, anchor], supports=["ground", "anchor"], ties=[tie], friction=0.6)
+    found = settle(asm, {"anchor": (0.01, 0, 0)})
+    assert found.reaction == pytest.approx(settlement(asm, ["anchor"], (1, 0, 0)).reaction) == pytest.approx(-0.6)
+    assert [list(part.reaction) for part in found.foundations] == [pytest.approx([-0.6, 0, 0])]
+    with pytest.raises(InputError, match='"anchor": nothing rests on it or is tied to it'):
+        settle(asm.with_(ties=[]), {"anchor": (0.01, 0, 0)})
+
+
 def test_what_is_jammed_says_so():
     walls = [box((-1, 0, 0), (0, 1, 2), name="west"), box((1, 0, 0), (2, 1, 2), name="east")]
     wedge = assembly([*walls, box((0, 0, -1), (1, 1, 0), name="floor"), box((0, 0, 0), (1, 1, 1), name="block")],

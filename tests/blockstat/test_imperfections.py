@@ -17,16 +17,20 @@ from blockstat import (
     Imperfections,
     InputError,
     JointLaw,
+    LoadOutcome,
     Outcome,
     assess,
     box,
     find_interfaces,
     limit_load,
     load_case,
+    point_load,
     prove_limit,
     tilt_limit,
     write,
 )
+from blockstat.analysis import tilt_friction
+from blockstat.analysis.limit_load import _carried
 from blockstat.contact.features import ContactKind
 from blockstat.imperfection.lost_edges import least_width, lose_edges
 from blockstat.imperfection.lost_patches import corner_speeds, lose_rims
@@ -471,3 +475,53 @@ def test_corners_of_a_joint_of_patches_move_as_its_rims_do(name):
     moved = lose_rims(parts, 1e-3)[1]
     for corner in hull + 1e-3 * speed:
         assert np.linalg.norm(moved - corner, axis=1).min() < 1e-9
+
+
+def light_in_a_slot_and_heavy_on_an_edge():
+    """Two cubes of 1 N: one in a slot, one with its weight .1 m beyond the edge of its table, held down by 2 N."""
+    blocks = [
+        box((-1, 0, 0), (0, 1, 1), name="left"), box((1, 0, 0), (2, 1, 1), name="right"),
+        box((0, 0, -1), (1, 1, 0), name="floor"), box((0, 0, 0), (1, 1, 1), name="cube"),
+        box((9, -1, -1), (10.4, 2, 0), name="table"), box((10, 0, 0), (11, 1, 1), name="leans"),
+    ]  # fmt: skip
+    fixed = ["left", "right", "floor", "table"]
+    return Assembly.from_blocks(blocks, supports=fixed, friction=0.9, density=1.0, gravity=(0, 0, -1))
+
+
+def test_without_dilatancy_the_worst_case_is_that_of_the_joints_that_carry_least():
+    # Up by 4 N the cube rises at W / 4; with dilatancy it jams. Down by 1 N at 10.9 the other tips at
+    # (2 x .2 - .1 W) / .5: that is least for the greatest weight, and what the cube carries for the least.
+    asm = light_in_a_slot_and_heavy_on_an_edge()
+    held = point_load(asm, "leans", (10.2, 0.5, 1.0), (0, 0, -2.0))
+    load = point_load(asm, "leans", (10.9, 0.5, 1.0), (0, 0, -1.0)) + point_load(asm, "cube", (0.5,) * 3, (0, 0, 4.0))
+    allowed = {"loads": held, "imperfections": Imperfections(density={"*": (0.8, 1.2)})}
+    assert limit_load(asm, load, **allowed).lower == pytest.approx((0.4 - 0.12) / 0.5, rel=2e-4)
+    found = limit_load(asm, load, flow="coulomb", **allowed)
+    assert found.coulomb_least == pytest.approx((0.8 / 4, 0.8 / 4), rel=5e-3)
+    assert found.lower == pytest.approx((0.4 - 0.08) / 0.5, rel=2e-4)
+
+
+def test_a_case_of_which_nothing_is_known_without_dilatancy_is_worse_than_one_that_is_known():
+    found = limit_load(stack(1), SIDE)
+    known = replace(found, lower=0.5, coulomb_kinds=((0.4, 0.41), (0.3, 0.31)))
+    unknown = replace(found, lower=0.6, outcome=LoadOutcome.UNDECIDED)
+    assert [_carried(own, "coulomb") for own in (known, unknown, replace(unknown, lower=-np.inf))] == [
+        0.3, 0.0, -np.inf,
+    ]  # fmt: skip
+    assert _carried(unknown, "associated") == 0.6
+
+
+def test_the_tilt_of_the_worst_case_without_dilatancy_is_that_of_the_joints_that_bear_least(monkeypatch):
+    told = iter([((30.0, 31.0), (10.0, 11.0)), ((20.0, 21.0), (15.0, 16.0))])
+    monkeypatch.setattr(tilt_friction, "_tilt", lambda *_: tilt_friction._of_kinds(next(told), "tilt", "deg"))
+    found = tilt_limit(stack(1), "y", flow="coulomb", imperfections=Imperfections(density={"*": (1.0, 2.0)}))
+    assert (found.stands, found.least) == (30.0, (10.0, 11.0))
+
+
+def test_what_the_worst_case_of_a_tilt_warns_of_is_told():
+    """A pillar 3 cm thick loses its foot, and then nothing holds it."""
+    asm = assembly([box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.03, 1, 1), name="thin")])
+    assert not tilt_limit(asm, "y").warnings
+    found = tilt_limit(asm, "y", imperfections=Imperfections(edge=0.02))
+    assert math.isnan(found.stands)
+    assert any('"thin"' in text for text in found.warnings)

@@ -160,6 +160,21 @@ def test_what_rounding_leaves_of_a_covered_face_is_not_free():
         assert load[0, 2] == pytest.approx(-width * free, abs=1e-12)
 
 
+def test_a_small_window_in_a_covered_face_is_free():
+    slab = box((-10, -10, 0), (10, 10, 1), name="slab")
+    around = [(-10, -10, 10, 0), (-10, 0.15, 10, 10), (-10, 0, 0, 0.15), (0.15, 0, 10, 0.15)]
+    lids = [box((x0, y0, 1), (x1, y1, 2)) for x0, y0, x1, y1 in around]
+    load = surface_load(assembly([slab, *lids], supports=[]), (0, 0, -1.0), (0, 0, 1), blocks=["slab"])
+    assert load[0, 2] == pytest.approx(-(0.15**2))
+
+
+def test_fill_around_a_post_lies_on_what_it_stands_on_and_on_the_post():
+    """The top of the post lies above a hole in the free part of the slab, not above the slab."""
+    slab, post = box((0, 0, 0), (4, 4, 1), name="slab"), box((1.5, 1.5, 1), (2.5, 2.5, 2), name="post")
+    load = fill_load(assembly([slab, post], supports=[]), 3.0, 18.0)
+    np.testing.assert_allclose(load[:, 2], [-18.0 * 15 * 2, -18.0])
+
+
 @pytest.mark.parametrize(("name", "values"), [
     ("unit_weight", (0.0, -1.0, np.nan, "7", True)), ("level", (np.inf, None, True)), ("coefficient", (np.nan, "1")),
     ("surcharge", (np.inf, [1.0])),

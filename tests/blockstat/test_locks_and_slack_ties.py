@@ -11,9 +11,13 @@ from blockstat.assembly import Block
 from blockstat.contact.interfaces import find_interfaces
 from blockstat.large_displacement.capacity_curve import CapacityOutcome
 from blockstat.large_displacement.displaced.contact_pairs import pairs_at_rest
+from blockstat.large_displacement.displaced.control import conjugate_control
 from blockstat.large_displacement.displaced.loads import read_loads
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
 from blockstat.large_displacement.displaced.structure import Configuration, Structure
+from blockstat.large_displacement.finite_steps.fall import _without_blocks
+from blockstat.large_displacement.finite_steps.trial_state import NOT_SOLVED, TrialState
+from blockstat.large_displacement.linkage.linkage import linkage_at_rest
 from blockstat.large_displacement.linkage.path import PathEnd, end_at
 from blockstat.large_displacement.statics import limit_state as of_load
 from blockstat.large_displacement.statics import settling_state as of_settlement
@@ -191,3 +195,19 @@ def test_a_slack_tie_that_is_taut_again_holds():
     last = curve.points[-1].pose
     length = np.linalg.norm(wall.centroid[1] + last.displacement[1] + last.rotation[1] @ (0.25, 0, 1) - anchor)
     assert length <= np.linalg.norm(np.subtract((0.5, 0.5, 2), anchor)) * (1 + 1e-4)
+
+
+def test_a_tie_to_a_stone_that_has_fallen_holds_nothing():
+    """The wall tips at 1/4 away from a stone; the tie between them holds it while the stone is there."""
+    wall, stone = box((0, 0, 0), (0.5, 1, 2), name="wall"), box((-1.5, 0, 0), (-1, 1, 0.5), name="stone")
+    held = Tie(("wall", "stone"), ((0.25, 0.5, 2), (-1.25, 0.5, 0.5)))
+    scene = Assembly.from_blocks([GROUND, wall, stone], supports=["ground"], friction=0.7, ties=[held])
+    here = configuration(scene)
+    assert of_load.limit_state(here).multiplier > 0.3
+    structure = here.structure
+    linkage = linkage_at_rest(structure, np.zeros((3, 6)), conjugate_control(structure))
+    assert linkage.ties.tolist() == [0]
+    trial = TrialState(linkage, here.pose, 0.0, NOT_SOLVED, 0.0, None)
+    rest = _without_blocks(trial, np.array([2]))
+    assert rest.ties.tolist() == rest.slack.tolist() == []
+    assert of_load.limit_state(rest.configuration(here.pose, 0.0)).multiplier == pytest.approx(0.25, rel=1e-6)

@@ -3,7 +3,7 @@
 import re
 from dataclasses import replace
 from functools import cache
-from math import inf, nan, sqrt
+from math import atan, inf, nan, sqrt
 
 import numpy as np
 import pytest
@@ -63,6 +63,11 @@ TOP = (0.25, 1.5, 4.0)
         ({"masses": [("wall", TOP, 0.0)]}, "masses: the weight on 'wall' is 0.0; it must be above 0"),
         ({"masses": [("wall", TOP, -5.0)]}, "masses: the weight on 'wall' is -5.0; it must be above 0"),
         ({"masses": [("wall", TOP, inf)]}, "masses: the weight on 'wall' is inf; it must be above 0"),
+        ({"masses": [("wall", (0.25, 1.5), 1e4)]}, "masses: the point is (0.25, 1.5); it must be three finite numbers"),
+        ({"demand": -0.1}, "demand is -0.1; it must be above 0"),
+        ({"demand": nan}, "demand is nan; it must be above 0"),
+        ({"demand": inf}, "demand is inf; it must be above 0"),
+        ({"demand": True}, "demand is True; it must be above 0"),
     ],
 )
 def test_a_linear_check_refuses_bad_numbers(options, says):
@@ -141,7 +146,23 @@ def test_one_body_that_turns_is_a_rocking_block():
     assert "One rocking block: R = " in found.explain()
 
 
-@pytest.mark.parametrize("motion", [(1, 0, 0, 0, 0, 0), (1, 0.2, 0, 0, 0.5, 0)], ids=["slides", "screws"])
+def test_a_floor_on_a_wall_rocks_with_it():
+    """As heavy as the wall, at its top: of 2 M the centroid is 3 m high, and I = M / 3 (b^2 + h^2) + M r^2."""
+    weight = wall().free_weight
+    push = [("wall", (0.25, 1.5, 2.0), (weight, 0, 0)), ("wall", TOP, (weight, 0, 0))]
+    heavy = capacity(wall(), push, loads=[("wall", TOP, (0, 0, -weight))], control="wall")
+    found = nonlinear_check(heavy, SIDE, masses=[("wall", TOP, weight)]).rocking
+    assert found.slenderness == pytest.approx(atan(0.25 / 3.0), rel=1e-6)
+    radius, about = sqrt(0.25**2 + 3.0**2), (0.5**2 + 4.0**2) / 3 + 0.25**2 + 4.0**2
+    assert found.radius == pytest.approx(radius, rel=1e-6)
+    assert found.frequency == pytest.approx(sqrt(2 * 9.81 * radius / about), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [(1, 0, 0, 0, 0, 0), (1, 0.2, 0, 0, 0.5, 0), (1, 0, 0, 0, 0.4, 0.3)],
+    ids=["slides", "screws", "about a slope"],
+)
 def test_a_body_that_slides_or_screws_is_no_rocking_block(motion):
     first = replace(curve().points[0], mechanism=np.array([np.zeros(6), np.array(motion, dtype=float)]))
     found = nonlinear_check(replace(curve(), points=(first, *curve().points[1:])), SIDE)
@@ -348,3 +369,52 @@ def test_beyond_the_period_of_the_building_the_floor_asks_at_least_what_the_grou
     assert replace(slow, own_damping=10.0).spectrum(Site("A"), 0.1) == pytest.approx(0.075 * sqrt(10 / 15), rel=1e-12)
     stiff = Floor(period=1.0, own_period=0.3, gamma=1.2, psi=0.01)
     assert stiff.spectrum(Site("A"), 0.1) < 0.02
+
+
+@pytest.mark.parametrize("value", [0.0, -0.1, nan, inf, "high"])
+def test_a_nonlinear_check_refuses_a_demand_that_is_no_acceleration(value):
+    with pytest.raises(InputError, match=re.escape(f"demand of SLV is {value!r}; it must be above 0")):
+        nonlinear_check(curve(), SIDE, demand={"SLV": value})
+
+
+@cache
+def curve_of_a_point():
+    """Its oscillator moves two thirds as far as its control, so displacements are rounded."""
+    return capacity(wall(), SIDE, control=("wall", (0.25, 1.5, 3.0)))
+
+
+def dropping(number, remains):
+    """The same curve, which drops at a point and tells no event; as it may where it is followed by finite steps."""
+    points = curve_of_a_point().points
+    after = [replace(point, lower=remains * point.lower, upper=remains * point.upper) for point in points[number:]]
+    return replace(curve_of_a_point(), points=(*points[: number + 1], *after))
+
+
+@pytest.mark.parametrize("number", range(1, 11))
+@pytest.mark.parametrize("remains", [0.4, 0.6])
+def test_a_drop_of_more_than_half_bounds_life_safety(number, remains):
+    """A wall of one body has e* = 1; after the drop it bears the multiplier after it."""
+    there = dropping(number, remains).points[number]
+    found = nonlinear_check(dropping(number, remains), SIDE, confidence=1.0)
+    state = found.state("SLV")
+    if remains > 0.5:
+        assert state.displacement == pytest.approx(0.4 * found.ultimate, rel=1e-9)
+        return
+    part = there.displacement / curve_of_a_point().displacement[-1]
+    assert state.displacement == pytest.approx(part * found.ultimate, rel=1e-9)
+    assert state.acceleration == pytest.approx(remains * there.lower * 9.81, rel=1e-9)
+    slope = nonlinear_check(dropping(number, remains), SIDE, confidence=1.0, shape="line").state("SLV")
+    assert slope.displacement == state.displacement
+
+
+def test_a_drop_at_rest_leaves_no_capacity():
+    with pytest.raises(InputError, match="as soon as the mechanism moves the multiplier drops to less than half"):
+        nonlinear_check(dropping(0, 0.4), SIDE)
+
+
+def test_points_far_apart_on_a_slope_are_no_drop():
+    """A curve that is straight down to zero, told by three points."""
+    points = curve().points
+    few = replace(curve(), points=(points[0], points[len(points) // 2], points[-1]))
+    found = nonlinear_check(few, SIDE)
+    assert found.state("SLV").displacement == pytest.approx(0.4 * found.ultimate, rel=1e-9)

@@ -1,13 +1,15 @@
 """Props of a plan: set up and taken away step by step, with the least forces in them."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
 
-from blockstat import InputError, Plan, Prop, Step, assess_plan, read_plan, write, write_plan
+from blockstat import Assembly, InputError, Plan, Prop, Step, assess_plan, read_plan, write, write_plan
 from blockstat.cli.commands import app
-from building_sites import tee
+from blockstat.sequence import props
+from building_sites import slab, tee
 
 
 def plan(**changes):
@@ -31,12 +33,13 @@ def weight(name):
     return float(assembly.mass[assembly.names.index(name)] * 9.81)
 
 
-def test_an_arm_on_a_prop_below_its_centroid_needs_what_the_lever_says():
+@pytest.mark.parametrize("friction", [0.6, 0.0])
+def test_an_arm_on_a_prop_below_its_centroid_needs_what_the_lever_says(friction):
     """The arm turns about the edge of the base at .5, its centroid and its prop are .1 beyond: the prop carries it all.
 
-    Moments about the edge: r x .1 = w x .1.
+    Moments about the edge: r x .1 = w x .1. All joints are level and all loads upright, so no friction is needed.
     """
-    found = assess_plan(tee(), plan())
+    found = assess_plan(tee(), plan(), friction=friction)
     assert [outcome.word for outcome in found.outcomes] == 5 * ["stable"]
     assert found.outcome.word == "stable"
     assert found.falsework[1].force == pytest.approx([weight("left")], rel=1e-6)
@@ -88,7 +91,11 @@ def test_the_command_prints_the_forces_of_the_props(tmp_path):
     command = ["sequence", str(tmp_path / "tee.json"), "--plan", str(tmp_path / "plan.json")]
     rows = json.loads(CliRunner().invoke(app, [*command, "--json"]).stdout)["steps"]
     assert rows[1]["prop_force"] == pytest.approx([weight("left")], rel=1e-6)
-    assert "props carry at most" in CliRunner().invoke(app, command).stdout
+    said = CliRunner().invoke(app, command).stdout
+    # Each arm has its weight in its prop, and two of them stand on props in step 2.
+    most, one = f"{2 * weight('left'):.6g}", f"{weight('left'):.6g}"
+    assert "2 steps stand on props; step 2 needs most: at least " in said
+    assert f"at least {most} N in total, then with up to {one} N in one of them." in said
 
 
 @pytest.mark.parametrize(
@@ -120,3 +127,61 @@ def test_bad_props_get_one_sentence_with_the_step(tmp_path, steps, sentence):
 def test_the_least_friction_refuses_props():
     with pytest.raises(InputError, match="without props"):
         assess_plan(tee(), plan(), reserve=True)
+
+
+def jammed(*others):
+    """A stone between two walls, with nothing below it: only how tight it is holds it."""
+    blocks = [slab(-1, 5, -1, 0, "ground"), slab(-1, 0, 1, 4, "west"), slab(1, 2, 1, 4, "east")]
+    blocks += [slab(0, 1, 2, 3, "stone"), *others]
+    return Assembly.from_blocks(blocks, supports=["ground", "west", "east"], friction=0.5)
+
+
+def test_a_prop_that_carries_nothing_does_not_hold_what_stands_only_by_self_stress():
+    """The prop is under a block that lies on the ground and needs none."""
+    scene = jammed(slab(3, 4, 0, 1, "other"))
+    props = {"p": Prop("other", (3.5, 0.5, 0.5), (0.0, 0.0, 1.0))}
+    found = assess_plan(scene, Plan((Step(("stone", "other"), props_in=("p",)),), props=props), flow="coulomb")
+    assert found.outcome.word == "stable_only_by_self_stress"
+    assert found.rows()[0]["prop_force"] is None
+    assert "stand on props" not in found.explain()
+
+
+def test_props_that_carry_no_more_than_what_is_left_unbalanced_prove_nothing(monkeypatch):
+    """A beam whose centroid is 1e-7 beyond its edge: a prop .25 beyond it carries 4e-7 of the weight."""
+    blocks = [slab(-0.5, 0.5, -1, 0, "ground"), slab(1e-7, 1 + 1e-7, 0, 1, "beam")]
+    scene = Assembly.from_blocks(blocks, supports=["ground"], friction=0.6)
+
+    def on(x):
+        under = {"p": Prop("beam", (x, 0.5, 0.0), (0.0, 0.0, 1.0))}
+        return assess_plan(scene, Plan((Step(("beam",), props_in=("p",)),), props=under))
+
+    assert assess_plan(scene, Plan((Step(("beam",)),))).outcome.word == "unstable"
+    assert (on(0.75).outcome.word, on(0.2).outcome.word) == ("stable", "unstable")
+    assert on(0.75).falsework[0].total == pytest.approx(4e-7 * scene.mass[1] * 9.81, rel=1e-3)
+    held_by_props = props.held_by_props
+
+    def roughly(*given, **options):
+        problem, found, twist = held_by_props(*given, **options)
+        return problem, replace(found, residual=5e-7), twist
+
+    monkeypatch.setattr(props, "held_by_props", roughly)
+    assert on(0.75).outcome.word == "undecided"
+
+
+def test_a_prop_proves_no_fall_into_what_has_no_joint():
+    """A cube over a slot of its own width touches its supports only edge along edge; no verdict says that it falls."""
+    blocks = [slab(-1, 0, -1, 0, "west"), slab(1, 2, -1, 0, "east"), slab(0, 1, 0, 1, "cube")]
+    scene = Assembly.from_blocks(blocks, supports=["west", "east"])
+    props = {"p": Prop("cube", (0.0, 0.5, 0.5), (1.0, 0.0, 0.0))}
+    assert assess_plan(scene, Plan((Step(("cube",)),))).outcome.word == "undecided"
+    assert assess_plan(scene, Plan((Step(("cube",), props_in=("p",)),), props=props)).outcome.word == "undecided"
+    under = {"p": Prop("cube", (0.5, 0.5, 0.0), (0.0, 0.0, 1.0))}  # and one below its middle carries it
+    assert assess_plan(scene, Plan((Step(("cube",), props_in=("p",)),), props=under)).outcome.word == "stable"
+
+
+def test_each_prop_that_stands_has_its_force_and_that_of_a_held_block_has_none():
+    steps = list(plan().steps)
+    steps[2] = Step(("right",), hold=("left",), props_in=("east",))
+    row = assess_plan(tee(), Plan(tuple(steps), props=plan().props)).rows()[2]
+    assert row["props"] == ["west", "east"]
+    assert row["prop_force"] == pytest.approx([0.0, weight("right")], rel=1e-6)

@@ -3,7 +3,19 @@
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, InputError, JointLaw, Outcome, Tie, assess, find_interfaces, glued, limit_load
+from blockstat import (
+    Assembly,
+    Block,
+    Imperfections,
+    InputError,
+    JointLaw,
+    Outcome,
+    Tie,
+    assess,
+    find_interfaces,
+    glued,
+    limit_load,
+)
 from blockstat.analysis.problem import checked_loads, crushes, free_fall, gap_warnings, pose, timed
 from evidence.scenes.small import assembly, box, prism
 
@@ -273,6 +285,8 @@ def test_crushed_contacts_stay_in_the_way_where_the_joints_of_an_answer_are_used
     again = assess(verdict.assembly, interfaces=verdict.interfaces)
     assert again.outcome is verdict.outcome is Outcome.UNDECIDED
     assert again.warnings == verdict.warnings
+    worst = assess(leaning, gravity=(0.7, 0, -1), imperfections=Imperfections(density={"*": (0.9, 1.1)}))
+    assert len(set(worst.warnings)) == len(worst.warnings) > 0
     limit = limit_load(leaning, (1, 0, 0))
     second = limit_load(leaning, (1, 0, 0), interfaces=limit.interfaces)
     assert (second.outcome, second.lower, second.upper) == (limit.outcome, pytest.approx(limit.lower), np.inf)

@@ -635,7 +635,10 @@ def test_bounds_that_are_wrong_are_not_proved():
 
 
 def test_a_load_that_nothing_limits_has_forces_and_no_motion(checker):
-    proof = prove(stack(1), (0, 0, -1)).content
+    told = prove(stack(1), (0, 0, -1))
+    assert (told.outcome.word, prove(stack(1), (1, 0, 0)).outcome.word) == ("carried", "limit")
+    assert "nothing carries" not in told.explain()
+    proof = told.content
     assert "motion" not in proof["proof"]
     assert checker.check(proof)[0].startswith("PROVED stable at")
 

@@ -11,8 +11,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import binom, chi2, norm
+from test_imperfections import on_grounds, table
 
 from blockstat import (
     Assembly,
@@ -812,3 +813,64 @@ def test_ends_of_ties_stay_where_they_are_drawn_when_corners_move():
     loose = bare.with_(ties=[replace(tie, points=(tie.points[0], (-0.1, 0.5, 1.5)))])
     with pytest.raises(InputError, match=r"the point \[-0.1, 0.5, 1.5\] is not on block"):
         reliability(loose, uncertain, draws=2)
+
+
+def pillar():
+    """A block of group p, 1 x 1 x 2 m: a force at its centroid tips it at half its weight."""
+    blocks = [box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="pillar", group="p")]
+    return Assembly.from_blocks(blocks, supports=["ground"], density=2000.0, friction=2.0)
+
+
+def sideways(force):
+    return np.array([np.zeros(6), [force, 0, 0, 0, 0, 0]])
+
+
+@pytest.mark.parametrize("keys", [("density.*", "density.p"), ("density.p", "density.*")])
+def test_of_two_densities_of_a_block_the_last_one_counts(keys):
+    """It tips at 1600 kg/m3, two standard deviations below the mean of one variable."""
+    load = sideways(1600.0 * 2.0 * 9.81 / 2)
+    found = first_order(pillar(), {key: Random("normal", 2000.0, 200.0) for key in keys}, load)
+    assert found.beta == pytest.approx(2.0, rel=1e-5)
+    assert found.shares == pytest.approx({keys[0]: 0.0, keys[1]: 1.0}, abs=1e-9)
+
+
+def test_two_factors_on_the_loads_of_a_block_multiply():
+    """With weight W, 0.2 W times both factors and then 0.1 W push: it tips where their product is 2."""
+    weight = 2000.0 * 2.0 * 9.81
+    uncertain = {"loads.*": Random("normal", 1.0, 0.1), "loads.p": Random("normal", 1.0, 0.2)}
+    found = first_order(pillar(), uncertain, sideways(0.1 * weight), loads=sideways(0.2 * weight))
+    nearest = minimize_scalar(lambda u: math.hypot(u, (2 / (1 + 0.1 * u) - 1) / 0.2), bounds=(0, 5), method="bounded")
+    assert found.outcome is FirstOrderOutcome.FOUND
+    assert found.beta == pytest.approx(nearest.fun, rel=1e-4)
+    assert found.shares["loads.*"] == pytest.approx((nearest.x / nearest.fun) ** 2, abs=1e-3)
+
+
+@pytest.mark.parametrize("joints", [[], [JointLaw(("*", "*"), compression=1e6)]], ids=["edges", "cells"])
+def test_corners_of_feet_are_not_random_with_their_edges_or_laws(joints):
+    """The feet are 16 mm wide: 9 mm from both sides leave nothing of them, wherever their corners are."""
+    asm = on_grounds(table((0, 0.016), (0.984, 1)), joints=joints)
+    uncertain = {} if joints else {"edge": Random("uniform", 0.009, 0.010)}
+    assert joints or reliability(asm, uncertain, draws=3).failures == 3
+    for ask in (reliability, first_order):
+        with pytest.raises(InputError, match='blocks "ground-1" and "table" touch in several patches'):
+            ask(asm, {**uncertain, "corner": Random("normal", 0.0, 0.001)}, load=SIDE)
+
+
+def test_the_push_of_the_scene_acts_beside_other_random_variables(tmp_path):
+    """The post tips at a push of .5 of its weight; the scene's is normal, .3 and then .6 with a deviation of .05."""
+    file = tmp_path / "post.toml"
+    file.write_text(SCENE)
+    friction = {"friction": Random("lognormal", 2.0, 0.01)}
+    assert first_order(read(file), friction).beta == pytest.approx(4.0, rel=0.02)
+    assert first_order(read(file), {"push": Random("normal", 0.4, 0.05)}).beta == pytest.approx(2.0, rel=0.02)
+    file.write_text(SCENE.replace("mean = 0.3", "mean = 0.6"))
+    assert reliability(read(file), friction, draws=20).failures >= 17  # fewer: less than once in 1000
+
+
+def test_a_design_point_of_other_variables_is_refused_before_any_draw():
+    push, told = {"push": Random("normal", 0.3, 0.1)}, []
+    about = first_order(TALL, push, SIDE)
+    both = {**push, "friction": Random("normal", 2.0, 0.1)}
+    with pytest.raises(InputError, match="about has a design point of 1 random values and uncertain has 2"):
+        reliability(TALL, both, load=SIDE, draws=3, about=about, progress=lambda *_: told.append(_))
+    assert not told

@@ -11,7 +11,20 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from blockstat import Assembly, JointLaw, Site, Tie, assess, assess_fully, assessment_html, box, load_scene, write
+from blockstat import (
+    Assembly,
+    InputError,
+    JointLaw,
+    Site,
+    Tie,
+    assess,
+    assess_fully,
+    assessment_html,
+    box,
+    load_scene,
+    plot_directions,
+    write,
+)
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.analysis.verdict import Outcome
 from blockstat.view import assessment
@@ -104,6 +117,21 @@ def test_a_direction_without_a_limit_is_left_out_of_the_code_check_by_name(monke
         assert f"+y - - - - - - - {outcome.word}" in text
 
 
+def test_a_direction_off_the_axes_that_may_carry_less_leaves_the_code_check_open(monkeypatch):
+    found = assess_fully(slab(), directions=8).directions
+    for lower, answer in ((0.0, "not verified"), (1.0, "satisfied")):
+        wide = {"outcome": LoadOutcome.UNDECIDED, "lower": lower, "upper": np.inf}
+        limits = [
+            replace(limit, **wide) if name == "45 deg" else limit
+            for name, limit in zip(found.names, found.limits, strict=True)
+        ]
+        without = replace(found, limits=tuple(limits))
+        monkeypatch.setattr(assessment, "limit_load_by_direction", lambda *_, without=without, **__: without)
+        text = words(assessment_html(assess_fully(slab(), directions=8, code={"site": Site(), "demand": 0.15})))
+        assert f"Code check (linear): {answer} Least towards" in text
+        assert ("Not verified towards 45 deg" in text) is (answer == "not verified")
+
+
 def test_ties_are_listed_with_their_forces():
     """A tie of 1 kN at 2 m holds a slab of 19.62 kN that tips about its edge: alpha = .25 + 2 / 19.62."""
     tie = Tie(("ground", "slab <1>"), ((0.5, -4, 2), (0.5, 0, 2)), greatest=1000.0, name="back")
@@ -164,6 +192,8 @@ def test_both_verdicts_are_undecided_where_only_crushing_an_edge_lets_it_fall():
     leaning = Assembly.from_blocks(blocks, supports=["ground", "wedge"], joints=[law], gravity=(7, 0, -9.81))
     found = assess_fully(leaning, directions=4)
     assert (found.associated.outcome.word, found.coulomb.outcome.word) == ("undecided", "undecided")
+    with pytest.raises(InputError, match="no limit loads to draw: Undecided"):
+        plot_directions(found.directions, "horizon.svg")
 
 
 def test_a_simulation_stands_beside_the_statics():

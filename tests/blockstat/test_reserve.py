@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from blockstat import Block, JointLaw, LoadOutcome, Outcome, Tie, acceleration, assess, find_interfaces, limit_load
+from blockstat.analysis import limit_load as limits
 from blockstat.analysis.problem import pose
 from blockstat.analysis.reserve import SLIVER, loaded_slivers, neutral_warning, sliver_warning, without
 from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings
@@ -337,3 +338,29 @@ def test_a_block_between_two_walls_falls_freely_unless_something_is_in_its_way()
     assert falling_freely(posed(near)).tolist() == []
     deep = assembly([*walls, block, box((0.2, 0.2, 1), (0.8, 0.8, 2.5), name="in")], supports=["left", "right", "in"])
     assert falling_freely(posed(deep, interfaces=find_interfaces(deep))).tolist() == []
+
+
+def test_what_is_interrupted_stays_stopped_at_edges_without_a_normal(monkeypatch):
+    """No second program is begun; the bound by a mechanism that the edges may resist is dropped."""
+    blocks = [box((-5, -5, -1), (9, 15, 0), name="ground"), box((0, 0, 0), (1, 1, 1)), box((1, -1, 0), (2, 0, 1))]
+    asm = assembly(blocks, supports=[0, 2], friction=0.6)
+    along, honest = np.array([2.0, -1.0, 0.0]) / np.sqrt(5), limits._bracket
+    monkeypatch.setattr(limits, "_bracket", lambda *given, **how: (LoadOutcome.STOPPED, *honest(*given, **how)[1:]))
+    monkeypatch.setattr(limits, "judged_with_rims", lambda *_: pytest.fail("a second limit load was begun"))
+    found = limit_load(asm, along)
+    assert (found.outcome, found.upper) == (LoadOutcome.STOPPED, np.inf)
+    assert found.lower == pytest.approx(0.6, rel=1e-4)
+    assert "touch only edge along edge" in found.warnings[-1]
+
+
+def test_an_interrupt_without_dilatancy_keeps_what_holds_at_edges_without_a_normal():
+    def stop(trial, low, high):
+        if (low, trial) == (0.0, 0):
+            raise KeyboardInterrupt
+
+    asm, along = pushed_past_and_into_edges(), np.array([2.0, -1.0, 0.0]) / np.sqrt(5)
+    found = limit_load(asm, along, flow="coulomb", progress=stop)
+    assert found.outcome is LoadOutcome.STOPPED
+    assert (found.lower, found.upper) == pytest.approx((0.6, 0.6), rel=1e-4)
+    assert len(found.coulomb_kinds) == 1
+    assert "Without dilatancy and self-stress: 0 to 0.6" in found.explain()

@@ -1,9 +1,14 @@
 """The lightest design under imperfections or below a probability of failure: pillars that tip at (b - 2 delta) / h."""
 
+import numpy as np
 import pytest
 from scipy.stats import norm
 
-from blockstat import FailureTarget, Imperfections, InputError, Margin, Random, scene_from, search
+from blockstat import FailureTarget, Imperfections, InputError, Margin, Random, assess, build, scene_from, search
+from blockstat.design_search.descent import Descent
+from blockstat.design_search.evaluator import Callbacks, Evaluator
+from blockstat.design_search.search import _lightest_so_far
+from blockstat.design_search.space import space_of
 
 #: A pillar 1 m high and b wide, of one course on the ground; with this friction it does not slide.
 TABLES = {
@@ -142,3 +147,63 @@ def test_a_target_that_no_width_reaches_has_no_design():
     assert (found.best, found.best_parameters, found.assured) == (None, None, None)
     assert found.outcome.word == "none_stands"
     assert found.summary()["failure"] is None
+
+
+def wind(assembly, **options):
+    """The verdict under a push H at half the height that tips a pillar narrower than .5 m: rho g .5 b b / 2 = H / 2."""
+    push = np.zeros((assembly.n_blocks, 6))
+    push[assembly.free, 0] = assembly.density[assembly.free] * 9.81 * 0.5**2 / 2
+    return assess(assembly, loads=push, **options)
+
+
+STRATEGIES = [
+    {"strategy": "gradient", "margin": PUSH},
+    {"strategy": "pareto", "margin": PUSH, "points": 3},
+    {"strategy": "robust", "margin": PUSH, "imperfections": Imperfections(friction=1.1)},
+    {"strategy": "robust", "target": FailureTarget(0.05, {"push": Random("normal", 0.2, 0.05)}, draws=60, **ALONG)},
+]
+
+
+@pytest.mark.parametrize("options", STRATEGIES, ids=["gradient", "pareto", "robust", "target"])
+def test_a_design_that_statics_call_unstable_is_never_offered(options):
+    """The reserve alone asks for a width of .3 m."""
+    found, b = width(static=wind, **options)
+    assert b >= 0.5
+    assert all(c.parameters["parameters.b"] >= 0.5 for c in found.front)
+    pruned = [c for c in found.history if c.dynamic == "pruned"]
+    assert all(c.parameters["parameters.b"] < 0.5 for c in pruned)
+    assert pruned or options["strategy"] == "robust"  # rounds of a target have rows of their own
+
+
+@pytest.mark.parametrize("options", STRATEGIES, ids=["gradient", "pareto", "robust", "target"])
+def test_statics_that_fail_are_told(options):
+    with pytest.raises(ZeroDivisionError):
+        search(PILLAR, verify=None, static=lambda assembly, **_: 1 / 0, **options)
+
+
+@pytest.mark.parametrize(("static", "offered"), [(assess, {"parameters.b": 0.4}), (wind, None)])
+def test_an_interrupted_search_offers_no_design_without_the_reserve_or_that_statics_rule_out(static, offered):
+    """A pillar of .25 m stands, with a reserve of .25; the wind tips one of .4 m."""
+    evaluator = Evaluator(space_of(PILLAR), Callbacks(static, None), None)
+    descent = Descent(evaluator, PUSH, {}, ("parameters.b",))
+    assert [descent.measured(np.array([(b - 0.2) / 0.6])).stands for b in (0.8, 0.4, 0.25)] == [True] * 3
+    assert _lightest_so_far(evaluator, PUSH.least) == offered
+
+
+def test_the_best_at_an_end_that_has_no_last_digit_is_offered():
+    """The widest pillar, 2/3 m, has a reserve of 2/3."""
+    thirds = {"value": 0.5, "min": 1 / 3, "max": 2 / 3, "step": 1 / 3}
+    scene = scene_from({**TABLES, "parameters": {"b": thirds}})
+    found = search(scene, verify=None, strategy="gradient", margin=Margin((1.0, 0.0, 0.0), 2 / 3 - 1e-6))
+    assert 2 / 3 - 2e-6 <= found.best_parameters["parameters.b"] <= 2 / 3
+    assert found.history[0].parameters == {"parameters.b": 2 / 3}
+
+
+def test_a_target_takes_the_push_of_the_scene_beside_other_variables():
+    """A direction of length 2 makes the push twice as strong."""
+    push = {"kind": "normal", "mean": 0.2, "deviation": 0.05, "direction": [2.0, 0.0, 0.0]}
+    scene = build(scene_from({**TABLES, "uncertain": {"push": push}}))
+    friction = Random("normal", 2.0, 0.1)
+    uncertain, direction = FailureTarget(0.1, {"friction": friction}).variables(scene)
+    assert uncertain == {"friction": friction, "push": Random("normal", 0.4, 0.1)}
+    assert direction == (2.0, 0.0, 0.0)

@@ -112,6 +112,12 @@ def test_bad_round_walls_are_named(change, match):
         arc_wall("r", **{"radius": 2.0, "thickness": 0.4, "height": 1.0, **change})
 
 
+def test_a_round_wall_has_one_stretch_for_openings():
+    openings = [Opening(width=0.5, height=0.5), Opening(width=0.5, height=0.5, segment=1)]
+    with pytest.raises(InputError, match=r'wall "r": openings\[1\]: segment is 1; a round wall has one, 0'):
+        arc_wall("r", radius=2.0, thickness=0.4, height=1.0, openings=openings)
+
+
 @pytest.mark.parametrize("key", ["thickness", "height"])
 def test_a_round_wall_without_a_thickness_or_a_height_says_so(key):
     options = {"radius": 2.0, "thickness": 0.4, "height": 1.0}

@@ -5,6 +5,7 @@ import pytest
 
 from blockstat import InputError, build, load_scene, parameters, read, with_values, write
 from blockstat.spec import Range, scene_from
+from blockstat.spec.reading import at_path
 
 SCENE = {
     "name": "hut", "length": 2.7, "span": 2.0,
@@ -68,6 +69,11 @@ def test_ranges_step_down_to_their_minimum():
     assert Range(0.5, 0.2, 0.8, 0.2).steps() == [0.8, 0.6, 0.4, 0.2]
     assert Range(0.5, 0.25, 0.8, 0.2).steps() == [0.8, 0.6, 0.4, 0.25]
     assert Range(1, 1, 1, 1).steps() == [1]
+
+
+def test_steps_stay_between_bounds_that_have_no_last_digit():
+    assert Range(value=0.5, min=1 / 3, max=2 / 3, step=1 / 3).steps() == [2 / 3, 1 / 3]
+    assert Range(value=-0.5, min=-2 / 3, max=-1 / 3, step=1 / 3).steps() == [-1 / 3, -2 / 3]
 
 
 def test_parameters_move_by_path():
@@ -154,3 +160,29 @@ def test_a_scene_has_z_up(tmp_path, up):
     with pytest.raises(InputError, match=r"post\.toml: a scene has z up; another axis cannot be chosen for it"):
         read(path, up=up)
     assert read(path, up="z").names == read(path).names
+
+
+def test_a_range_may_have_a_key_with_dots_above_it(tmp_path):
+    path = tmp_path / "post.toml"
+    path.write_text("""
+name = "post"
+[elements.post]
+kind = "box"
+size = [0.5, 0.5, { value = 1.0, min = 0.5, max = 2.0, step = 0.5 }]
+[uncertain.density."wall.north"]
+kind = "normal"
+mean = { value = 2000, min = 1800, max = 2200, step = 100 }
+deviation = 100
+""")
+    scene = load_scene(path)
+    names = ["elements.post.size.2", "uncertain.density.wall.north.mean"]
+    assert list(parameters(scene)) == names
+    moved = with_values(scene, dict(zip(names, (1.5, 1900.0), strict=True)))
+    assert [found.value for found in parameters(moved).values()] == [1.5, 1900.0]
+
+
+def test_of_keys_that_a_path_begins_with_the_longest_is_meant():
+    data = {"wall": {"north": {"mean": 1}, "mean": 3}, "wall.north": {"mean": 2}}
+    for path, value in (("wall.north.mean", 2), ("wall.mean", 3)):
+        table, key = at_path(data, path)
+        assert table[key] == value

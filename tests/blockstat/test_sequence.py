@@ -17,12 +17,14 @@ from blockstat import (
     InputError,
     JointLaw,
     Plan,
+    Prop,
     Step,
     Tie,
     assess,
     assess_plan,
     assess_states,
     box,
+    build_by_courses,
     centring,
     count_orders,
     falsework,
@@ -269,6 +271,8 @@ def test_no_friction_holds_a_block_that_tips():
     found = assess_plan(tee(), plan, reserve=True)
     assert found.least_friction[1] == np.inf
     assert found.summary()["least_friction"][1] is None
+    assert found.explain().endswith("No friction up to 10000 is proven to make every step stand.")
+    assert "inf" not in found.explain()
 
 
 def test_joints_with_laws_of_their_own_have_no_one_least_friction():
@@ -287,6 +291,42 @@ def test_the_states_of_an_assembly_with_joint_laws_follow_the_laws():
         assembly = cube_on_slope(0.25, friction=friction, joints=laws)
         assert assess_states(assembly, [(["block"], [])])[0].outcome.word == word
         assert assess_states(assembly, [(["block"], ["block"])])[0].outcome.word == "stable"
+
+
+@pytest.mark.parametrize("law", [{"compression": 1e7}, {"cells": 8}])
+def test_laws_that_divide_joints_into_cells_are_followed_in_every_state(law):
+    """At 10 MPa stones of some 20 kN fall as without a law: a base below, and one on it that lies beyond its edge."""
+    blocks = [slab(-1, 0, -1, 0, "ground"), slab(-0.6, 0.4, 0, 1, "low"), slab(0, 1, 1, 2, "high")]
+    scene = Assembly.from_blocks(blocks, supports=["ground"], joints=(JointLaw(("*", "*"), **law),))
+    states = [(["low"], []), (["low", "high"], ["high"]), (["low", "high"], []), (["low"], [])]
+    words = ["stable", "stable", "unstable", "stable"]
+    assert [verdict.outcome.word for verdict in assess_states(scene, states)] == words
+    assert assess_plan(scene, Plan((Step(("low",)), Step(("high",))))).first_fall == 1
+    assert {name: verdict.outcome.word for name, verdict in remove_each(scene).items()} == {
+        "low": "unstable",
+        "high": "stable",
+    }
+    stands = Assembly.from_blocks(
+        [*blocks[:2], slab(-0.7, 0.3, 1, 2, "high")], supports=["ground"], joints=scene.joints
+    )
+    assert find_order(stands, held_at_most=1).outcome.word == "found"
+    assert build_by_courses(stands).most_held == 0
+
+
+def test_props_hold_a_block_on_a_slope_without_friction():
+    """On a slope of .25 the joint pushes square to it: a level prop through the centroid carries a quarter of weight.
+
+    The block has the area of a trapezium, 1 x (1.25 + 1) / 2, and lies in x from 1 to 2.
+    """
+    assembly = cube_on_slope(0.25, density=1000.0, gravity=(0, 0, -10))
+    middle = assembly.centroid[1]
+    prop = Prop("block", tuple(middle.tolist()), (1.0, 0.0, 0.0))
+    for friction in (0.0, 0.1):
+        found = falsework(assembly, (["block"], []), [prop], friction=friction)
+        # With friction mu the resultant leans by atan mu towards the prop: tan(atan .25 - atan mu).
+        tangent = np.tan(np.arctan(0.25) - np.arctan(friction))
+        assert found.outcome.word == "held"
+        assert found.total == pytest.approx(tangent * 1000.0 * 10 * 1.125, rel=1e-5)
 
 
 def test_states_without_supports_with_ties_or_of_unknown_blocks_are_refused():

@@ -1,7 +1,9 @@
 """What a search for an order asks for besides statics, and how it is taken up again."""
 
+import gc
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -31,6 +33,7 @@ from blockstat import (
     write,
 )
 from blockstat.cli.commands import app
+from blockstat.sequence import order, plan, search
 from blockstat.sequence.insertion import insertion_direction
 from blockstat.sequence.states import Whole
 from building_sites import arch, prism, slab, tee
@@ -160,6 +163,44 @@ def test_a_group_is_put_in_as_one_in_one_hand():
         find_order(assembly, held_at_most=1, groups=[["top"], ["top", "left"]])
 
 
+def test_a_group_comes_in_along_one_direction_that_is_free_for_all_its_blocks():
+    """Two stones, each in a niche that fills it but for one side: these look away from each other, or the same way."""
+
+    def niches(*open_to_the_right):
+        blocks, cheeks = [], []
+        for k, right in enumerate(open_to_the_right):
+            y, end = 5.0 * k, -1 if right else 1
+            cheeks += [
+                box((0, y - 1, z), (1, y + 2, z + 1), name=f"{name}{k}") for z, name in ((-1, "floor"), (1, "lid"))
+            ]
+            cheeks += [
+                box((0, y + s, 0), (1, y + s + 1, 1), name=f"{name}{k}") for s, name in ((-1, "front"), (1, "back"))
+            ]
+            cheeks.append(box((end, y, 0), (end + 1, y + 1, 1), name=f"end{k}"))
+            blocks.append(box((0, y, 0), (1, y + 1, 1), name=f"stone{k}"))
+        return Assembly.from_blocks([*cheeks, *blocks], supports=[block.name for block in cheeks], friction=0.6)
+
+    options = {"held_at_most": 1, "insertion": True}
+    both = [["stone0", "stone1"]]
+    assert find_order(niches(False, True), **options).outcome.word == "found"
+    assert find_order(niches(False, True), groups=both, **options).outcome.word == "none"
+    found = find_order(niches(True, True), groups=both, **options)
+    ways = found.plan.metadata["insertion"]
+    assert ways == {"stone0": pytest.approx([-1, 0, 0]), "stone1": pytest.approx([-1, 0, 0])}
+
+
+def test_what_is_there_before_a_block_counts_its_supports():
+    seen = []
+
+    def reach(block, there):
+        seen.append((block, there))
+        return "ground" in there
+
+    assert find_order(tee(), held_at_most=2, reach=reach).outcome.word == "found"
+    assert ("base", frozenset({"ground"})) in seen
+    assert not any(block in there for block, there in seen)
+
+
 def test_a_crane_that_reaches_no_block_behind_another_builds_the_far_one_first():
     assembly = drawer()
 
@@ -272,6 +313,36 @@ def test_a_journal_of_something_else_is_refused(tmp_path):
         find_order(tee(), held_at_most=2, journal=path)
 
 
+def test_a_journal_that_was_cut_short_in_its_first_line_begins_anew(tmp_path):
+    path = tmp_path / "journal.jsonl"
+    find_order(tee(), held_at_most=2, journal=path)
+    whole = path.read_text()
+    head = whole.split("\n")[0]
+    for begun in ("", head[:30], head):
+        path.write_text(begun)
+        assert find_order(tee(), held_at_most=2, journal=path).outcome.word == "found"
+        assert path.read_text() == whole
+
+
+@pytest.mark.parametrize(
+    "data", [b"\xff\xfe\x00\x01\n", b"{\n", b"nonsense", b"HEAD\n5\n", b'HEAD\n["x", "0x0", {}]\n']
+)
+def test_a_file_that_is_no_journal_is_refused_and_kept(tmp_path, data):
+    path = tmp_path / "journal.jsonl"
+    find_order(tee(), held_at_most=2, journal=path)
+    data = data.replace(b"HEAD", path.read_bytes().split(b"\n")[0])
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=f"{path.name}: not a journal of a search"):
+        find_order(tee(), held_at_most=2, journal=path)
+    assert path.read_bytes() == data
+
+
+@pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning", "error::ResourceWarning")
+def test_a_journal_keeps_no_file_open(tmp_path):
+    find_order(tee(), held_at_most=2, journal=tmp_path / "journal.jsonl")
+    gc.collect()
+
+
 def test_a_journal_of_other_joints_is_refused(tmp_path):
     """The same blocks with another law, another friction of the joints, or a group that a law is about."""
     assembly = slope(0.6).with_(friction=0.1)
@@ -381,6 +452,57 @@ def test_a_search_for_the_safest_order_that_is_interrupted_says_what_is_not_excl
     assert found.least_friction == (0.0, pytest.approx(0.3, abs=2e-5))
     assert "Stopped: orders that stand at less are not excluded above 0.00000." in found.explain()
     assert "No order does" not in found.explain()
+
+
+@pytest.mark.parametrize(("which", "stands"), [(1, 0.6), (2, 0.3)])
+def test_an_interrupt_while_the_least_friction_is_sought_keeps_the_order(monkeypatch, which, stands):
+    """While that of the plan is sought it is known to stand at .6 alone, and then from its slope of .3 on."""
+    calls, least_friction = [], order.least_friction
+
+    def interrupted(*given):
+        calls.append(given)
+        if len(calls) == which:
+            raise KeyboardInterrupt
+        return least_friction(*given)
+
+    monkeypatch.setattr(order, "least_friction", interrupted)
+    found = safest_order(valley(0.3, 0.3), held_at_most=1)
+    assert (found.found.outcome.word, found.ended.word) == ("found", "stopped")
+    assert found.least_friction == (0.0, pytest.approx(stands, abs=2e-5))
+    assert "Stopped: orders that stand at less are not excluded above 0.00000." in found.explain()
+
+
+def test_the_time_counts_while_the_least_friction_is_sought(monkeypatch):
+    clock, find = [1000.0], order.find_order
+
+    def slow(*given, **options):
+        found = find(*given, **options)
+        clock[0] += 100.0
+        return found
+
+    monkeypatch.setattr(order, "find_order", slow)
+    for module in (order, plan, search):
+        monkeypatch.setattr(module, "monotonic", lambda: clock[0])
+    found = safest_order(valley(0.3, 0.3), held_at_most=1, seconds=50.0)
+    assert (found.found.outcome.word, found.ended.word, found.least_friction) == ("found", "stopped", (0.0, 0.6))
+    assert found.reserve == pytest.approx(1.0)
+
+
+def test_what_is_not_decided_at_less_friction_does_not_exclude_an_order_there(monkeypatch):
+    """Below a friction of .3 nothing is proven: neither that the block in the valley falls nor that it stands."""
+    assess = Whole.assess
+
+    def undecided(self, *state, **options):
+        verdict = assess(self, *state, **options)
+        return replace(verdict, outcome=Outcome.UNDECIDED) if self.assembly.friction < 0.3 else verdict
+
+    monkeypatch.setattr(Whole, "assess", undecided)
+    found = safest_order(valley(0.3, 0.3), held_at_most=2)
+    assert found.least_friction == (0.0, pytest.approx(0.3, abs=2e-5))
+    assert "Undecided: orders that stand at less are not excluded above 0.00000." in found.explain()
+    assert "No order does" not in found.explain()
+    stands = assess_plan(valley(0.3, 0.3), found.found.plan, reserve=True)
+    assert re.search(r"from a friction of 0\.3000\d \(not proven at 0\.(29999|30000)\): reserve", stands.explain())
 
 
 def test_a_search_without_an_order_has_no_steps_and_no_reserve():

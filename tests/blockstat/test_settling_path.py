@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from blockstat import Assembly, InputError, JointLaw, Tie, box, settle, settle_to_collapse
+from blockstat import Assembly, InputError, JointLaw, Tie, box, find_interfaces, settle, settle_to_collapse
+from blockstat.model import arch, assemble
 from blockstat.studies import settling_path
 from blockstat.studies.settling_path import PathOutcome
-from evidence.scenes.small import assembly
+from evidence.scenes.small import assembly, prism
 
 SINKS = {"right": (0, 0, -1)}
 
@@ -78,6 +79,25 @@ def test_a_tie_that_a_rising_wall_slackens_lifts_the_block_when_it_is_taut_again
     np.testing.assert_allclose(found.reaction[before], 0, atol=1e-9)
     assert found.reaction[-1] == pytest.approx(-1.0, rel=1e-6)
     np.testing.assert_allclose(found.poses[-1].displacement[1], (0, 0, 0.03), atol=1e-7)
+
+
+@pytest.mark.parametrize("steps", [10, 40])
+def test_a_tie_across_the_movement_drags_the_block_over_the_ground(steps):
+    """At rest the tie does not lengthen. Then the block slides along s and stays on the circle of radius r.
+
+    Friction balances the tie, so s is along the tie, which has turned by a: a' = cos a / r, and the ground feels
+    mu W sin a = mu W tanh(d / r).
+    """
+    ground, block = box((-5, -5, -1), (15, 1.5, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="block")
+    wall = box((-5, 2, -1), (15, 3, 2), name="wall")
+    rod = Tie(("block", "wall"), ((0.5, 0.5, 0), (0.5, 2, 0)))
+    asm = assembly([ground, block, wall], supports=["ground", "wall"], ties=[rod], friction=0.6)
+    found = settle_to_collapse(asm, {"ground": (1, 0, 0)}, displacement=2.0, steps=steps)
+    assert found.outcome is PathOutcome.REACHED
+    np.testing.assert_allclose(found.reaction, -0.6 * np.tanh(found.displacement / 1.5), rtol=0.2 / steps, atol=1e-9)
+    # A tie that moves with the block is as if it were not there.
+    along = replace(asm, ties=(Tie(("block", "ground"), ((0.5, 0.5, 1), (0.5, 1.2, 0))),))
+    assert settle_to_collapse(along, {"ground": (1, 0, 0)}).outcome is PathOutcome.FOLLOWS
 
 
 def test_a_tie_between_two_supports_holds_no_block():
@@ -274,3 +294,34 @@ def test_blocks_that_slide_from_supports_that_leave_are_not_followed_out_of_cont
     assert found.outcome is PathOutcome.LOST
     assert found.collapse is None
     assert found.displacement[-1] < 1e-3
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.3])
+def test_a_lintel_on_two_ridges_slides_off_when_its_slope_is_the_friction(friction):
+    """At first it turns about the ridges and sticks to both; then these move apart as sqrt(4 + d^2). Sunk by d, its
+    slope is d / 2."""
+    ridges = [prism([(x - 0.5, -1), (x + 0.5, -1), (x, 0)], 1.0, name=name) for x, name in ((0, "left"), (2, "right"))]
+    lintel = box((-0.3, 0, 0), (2.3, 1, 0.3), name="lintel")
+    scene = assembly([*ridges, lintel], supports=["left", "right"], friction=friction)
+    found = settle_to_collapse(scene, SINKS)
+    assert found.outcome is PathOutcome.COLLAPSE
+    assert found.collapse == pytest.approx(2 * friction, rel=0.01)
+
+
+def test_the_reaction_at_first_is_that_of_joints_that_still_hold_in_tension():
+    law = [JointLaw(("*", "*"), tension=2e3)]
+    ring = arch(span=1.85, thickness=0.15, depth=0.5, voussoirs=10, springers=0.3)
+    found = settle_to_collapse(
+        assemble(ring, friction=0.7, joints=law), {"springer.right": (1, 0, 0)}, displacement=0.01, steps=2
+    )
+    assert found.displacement[0] == 0.0
+    assert found.reaction[0] == pytest.approx(found.first.reaction, rel=1e-6)
+    bare = settle(assemble(ring, friction=0.7), {"springer.right": (1, 0, 0)}).reaction
+    assert found.reaction[0] < 0.98 * bare < found.reaction[1]
+
+
+def test_a_joint_that_slides_keeps_the_friction_it_was_given():
+    wall = beside_a_smooth_wall((0.5, 0.5, 0.0), (1.5, 0.5, 0.0))
+    faces = replace(find_interfaces(wall), friction=np.array([0.3, 0.0]))
+    found = settle_to_collapse(wall, {"wall": (1, 0, 0)}, displacement=0.05, steps=3, interfaces=faces)
+    np.testing.assert_allclose(found.reaction, -0.3, rtol=1e-6)

@@ -10,7 +10,7 @@ import pytest
 from blockstat import InputError, JointLaw, ThrustOutcome, Tie, load_domain, thrust_range
 from blockstat.analysis import thrust
 from blockstat.solve.answer import Status
-from evidence.scenes.small import arch, assembly, box
+from evidence.scenes.small import arch, assembly, box, prism
 
 
 @pytest.mark.parametrize("law", [{}, {"cohesion": 0.02}, {"tension": 0.02}, {"tension": 0.01, "cohesion": 0.02}])
@@ -172,3 +172,15 @@ def test_a_motion_bounds_a_functional_by_the_work_of_the_loads_and_the_price_of_
     lift = np.array([0, 0, 1.0, 0, 0, 0])
     for twist, motions, bound in ((lift, (), 1.0), (0 * lift, (), 10.0), (0 * lift, (lift,), 1.0), (2 * lift, (), 2.0)):
         assert thrust.value_bound(program, press, twist, field, motions) == pytest.approx(bound, rel=1e-9)
+
+
+def test_a_domain_tells_what_its_limit_loads_warn_of():
+    """A slab on a floor and on a ridge beside it, which is crushed; pushed along both it slides and rises from them."""
+    ridge = prism([(1.2, -1), (1.8, -1), (1.5, 0)], 1.0, name="ridge")
+    blocks = [box((-1, -3, -1), (1, 4, 0), name="floor"), ridge, box((0, 0, 0), (1.6, 1, 0.2), name="slab")]
+    law = JointLaw(("*", "*"), compression=1e9)
+    asm = assembly(blocks, supports=["floor", "ridge"], friction=0.3).with_(joints=[law])
+    found = load_domain(asm, (0, 1, 0), (0, 0, 1), directions=3)
+    assert found.warnings == (
+        'contacts without area carry nothing under a joint law with compressive strength: "ridge" and "slab"',
+    )

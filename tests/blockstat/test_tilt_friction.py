@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Assembly, InputError, JointLaw, Outcome, assess, friction_limit, tilt_limit
 from blockstat.analysis.limit_load import LoadOutcome
-from blockstat.analysis.tilt_friction import BracketOutcome, _close_in
+from blockstat.analysis.tilt_friction import BracketOutcome, _close_in, _scan
 from evidence.scenes.small import assembly, box
 
 #: By a tilt about y gravity leans towards -x, about -y towards +x.
@@ -127,3 +127,49 @@ def test_blocks_that_overlap_are_said_beside_the_tilt():
     blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, -0.02), (1, 1, 2), name="sunk")]
     found = tilt_limit(Assembly.from_blocks(blocks, supports=["ground"], friction=1.0), "y")
     assert any("overlap" in text for text in found.warnings), found.explain()
+
+
+def overlapping_pair(**options):
+    """Two pillars of 1 x 1 x 2 m that overlap by 3 cm, so that no fall is proven."""
+    blocks = [box((-2, -1, -1), (4, 2, 0)), box((0, 0, 0), (1, 1, 2)), box((0.97, 0, 0), (1.97, 1, 2))]
+    return Assembly.from_blocks(blocks, supports=[0], friction=1.0, **options)
+
+
+def test_a_fall_that_is_not_proven_is_not_told():
+    """The pillar at the side tips at atan(1/2) = 26.57 degrees, and its corners that overlap may hold it."""
+    found = tilt_limit(overlapping_pair(), "y")
+    assert (found.outcome, found.stands, math.isnan(found.falls)) == (BracketOutcome.OPEN, 25.0, True)
+    assert "Not stable" not in found.explain()
+    assert found.summary()["falls"] is None
+    assert found.summary()["outcome"] == "open"
+    slides = friction_limit(overlapping_pair(gravity=(0.3, 0, -1.0)))  # at .3
+    assert (slides.outcome, math.isnan(slides.falls)) == (BracketOutcome.OPEN, True)
+    assert 0.3 <= slides.stands < 0.7
+    assert friction_limit(slab_on_a_slope()).outcome is BracketOutcome.LIMIT
+
+
+@pytest.mark.parametrize("limit", [28.3, 30.0])
+def test_a_fall_is_told_where_one_is_proven_before_the_value_that_is_undecided(limit):
+    def judge(degrees):
+        if degrees == 30.0:
+            return Outcome.UNDECIDED, math.nan
+        return (Outcome.STABLE if degrees < limit else Outcome.UNSTABLE), math.nan
+
+    stands, falls = _scan(judge, 180.0, 1e-6)
+    assert limit - 1e-6 <= stands < limit
+    assert math.isnan(falls) if limit == 30.0 else limit <= falls <= stands + 1e-6
+
+
+def test_the_friction_of_the_assembly_plays_no_part_beside_cohesion():
+    """100 kN/m2 on 1 m2 hold a slab of some kN on any slope, with the least friction that cohesion goes with."""
+    found = friction_limit(slab_on_a_slope(JointLaw(("*", "*"), cohesion=1e5)).with_(friction=0.0))
+    assert (found.outcome, found.stands) == (BracketOutcome.ALWAYS_STANDS, 1e-3)
+
+
+@pytest.mark.parametrize(("flow", "told"), [("associated", True), ("coulomb", False)])
+def test_a_tilt_without_dilatancy_is_not_said_to_dilate(flow, told):
+    blocks = [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 2))]
+    for axis in ("z", (0, 0, -1)):
+        found = tilt_limit(Assembly.from_blocks(blocks, supports=[0], friction=1.0), axis, flow=flow)
+        assert found.outcome is BracketOutcome.ALWAYS_STANDS
+        assert ("Friction is associated" in found.explain()) is told

@@ -232,6 +232,31 @@ def test_an_axle_beyond_an_end_or_in_a_gap_presses_on_nothing():
     np.testing.assert_array_equal(pressed.reshape(4, 3), [[0, 1, 1], [1, 1, 0], [0, 1, 1], [1, 1, 0]])
 
 
+@pytest.mark.parametrize("down", [(0, 0, -1), (0.6, 0, -0.8)])
+def test_the_heights_of_a_path_do_not_count_unless_loads_spread(down):
+    """From x = 0 to 3 in plan, 3 up, whatever height is given: 3 m long. With a spread the path is a surface of 5 m."""
+    scene = overhang().with_(gravity=tuple(9.81 * np.array(down)))
+    up = -np.array(down)
+    faces = envelope.facing(scene, [1], up, find_interfaces(scene))
+    level, steep = along(0, 3), [(0.0, 0.5, 0.5), tuple(np.array([3, 0.5, 0.5]) + 4 * up)]
+    flat, risen = (road_along(scene, path, faces) for path in (level, steep))
+    assert risen.length == pytest.approx(flat.length)
+    assert (risen.start, risen.end) == (pytest.approx(flat.start), pytest.approx(flat.end))
+    assert risen.wheel(2.0, 0) == pytest.approx(flat.wheel(2.0, 0))
+    if down == (0, 0, -1):
+        assert risen.length[-1] == pytest.approx(3.0)
+        assert road_along(scene, steep, faces, spread=1.0).length[-1] == pytest.approx(5.0)
+    upright = [(1.0, 0.5, 0.5), tuple(np.array([1, 0.5, 0.5]) + up)]
+    with pytest.raises(InputError, match="path: two of its points that follow each other are the same in plan"):
+        road_along(scene, upright, faces)
+
+
+def test_an_axle_on_a_path_with_heights_is_worst_where_it_is_on_a_level_one():
+    found = moving_load(overhang(), WHEEL, [(0.0, 0.5, 0.5), (3.0, 0.5, 4.5)], positions=7)
+    assert found.place.max() == pytest.approx(3.0)
+    assert found.upper[found.worst] == pytest.approx(0.5 * WEIGHT / 1000.0, rel=2e-3)
+
+
 def test_the_last_axle_stands_on_the_end_of_a_path_whatever_its_distance_is_rounded_to():
     for behind in (0.1 + 0.2, 0.1 + 0.7, 1 / 3, 1e-7 / 3):
         found = moving_load(overhang(), [(0.0, 1.0), (behind, 1000.0)], along(0, 3), positions=3)

@@ -196,3 +196,14 @@ def test_repair_doubts_units_as_check_does(tmp_path):
     path = write(stack(2), tmp_path / "a.glb", units="mm", up="z")
     with pytest.warns(InputWarning, match="give --units mm"):
         app(["repair", str(path), "--up", "z", "-o", str(tmp_path / "b.glb")], standalone_mode=False)
+
+
+def test_a_file_that_does_not_speak_of_gravity_leaves_it_along_z_whatever_is_up(tmp_path):
+    cube = box((0, 0, 0), (1, 1, 1))
+    blocks = [{"vertices": np.array(cube.vertices).tolist(), "faces": [list(face) for face in cube.faces]}]
+    path = tmp_path / "cube.json"
+    path.write_text(json.dumps({"blocks": blocks, "supports": [0]}))
+    for up in (None, *UP):
+        assert read(path, up=up).gravity.tolist() == list(STANDARD_GRAVITY)
+    path.write_text(json.dumps({"blocks": blocks, "supports": [0], "gravity": [0, -9.81, 0]}))
+    np.testing.assert_allclose(read(path, up="y").gravity, STANDARD_GRAVITY, atol=1e-12)

@@ -310,6 +310,9 @@ def test_demand_is_the_largest_share_of_friction_or_strength_at_points_that_carr
     assert verdict(bonded, forces=forces).demand() == pytest.approx([1.0 / (0.5 * 6.0)] * 2)
     smooth = asm.with_(friction=np.inf)
     assert verdict(smooth, forces=forces).demand() == pytest.approx([0.0, 0.0])
+    forces[:, 1:] = 0.0
+    for bare in (asm.with_(friction=0.0), asm.with_(joints=[JointLaw(("*", "*"), friction=0.0)])):
+        assert verdict(bare, forces=forces).demand() == pytest.approx([0.0, 0.0])  # none to use, and none used
     pair = row(2, friction=0.5)
     joints = find_interfaces(pair)
     forces = np.zeros((joints.n_points, 3))

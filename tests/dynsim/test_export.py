@@ -175,6 +175,19 @@ def test_bad_files(falling, tmp_path, call, message):
         call(falling, tmp_path)
 
 
+def test_a_damaged_file_is_no_run(tmp_path):
+    path = tmp_path / "run.npz"
+    path.write_bytes(b"")
+    with pytest.raises(InputError, match="not an NPZ file"):
+        read_run(path)
+    np.savez_compressed(path, values=np.random.default_rng(0).integers(9, size=4000))
+    whole = path.read_bytes()
+    for at in range(60, len(whole) - 200, 50):  # in the data of the array
+        path.write_bytes(whole[:at] + b"\xff" * 8 + whole[at + 8 :])
+        with pytest.raises(InputError, match=r"not an? "):
+            read_run(path)
+
+
 def command(*arguments):
     code = "from dynsim.cli.commands import main; main()"
     return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)

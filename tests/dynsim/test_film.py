@@ -1,9 +1,11 @@
 """Motion past the verdict, and moving pictures."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, box, write
+from blockstat import Assembly, InputError, box, find_interfaces, write
 from dynsim import Removal, past_verdict, read_run, verify, write_run
 from dynsim.cli.commands import app
 
@@ -34,6 +36,19 @@ def test_loads_act_in_the_film_too():
     loads = [Removal("foot")]
     verdict = verify(tower, loads=loads)
     assert np.isfinite(past_verdict(verdict, 0.2, loads=loads).removed[1])
+
+
+def test_the_film_of_joints_that_were_given_has_their_friction():
+    """A block on a slope of 1 : 2 rests by the friction of the blocks, and slides by that of its joint."""
+    blocks = [box((-1, -1, -1), (3, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 0.5), name="block")]
+    slope = Assembly.from_blocks(blocks, supports=["ground"], friction=0.7, gravity=(4, 0, -8))
+    faces = find_interfaces(slope)
+    smooth = replace(faces, friction=np.full(faces.n_interfaces, 0.1))
+    verdict = verify(slope, interfaces=smooth)
+    assert verdict.outcome.word == "falls"
+    after = past_verdict(verdict, 0.2, interfaces=smooth)
+    # Along the slope it gains (4 - .1 x 8) m/s2.
+    assert after.since_release[-1, 1, 0] == pytest.approx(1.6 * after.times[-1] ** 2, rel=0.1)
 
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])

@@ -16,10 +16,11 @@ from scipy.integrate import solve_ivp
 
 from blockstat import Assembly, InputError, InputWarning, box, write
 from blockstat.system.lock import locked
-from dynsim import InertiaScale, Pulse, Ramp, Record, Settings, incremental, plot_incremental
+from dynsim import AngularSprings, InertiaScale, Pulse, Ramp, Record, Settings, incremental, plot_incremental, verify
 from dynsim.cli.commands import app
 from dynsim.earthquake.hunt import Hunt, bracket
 from dynsim.earthquake.motion import intensity_of
+from dynsim.earthquake.runs import digest
 from pool_tasks import DiesWhenMoved, Warns
 
 G = 9.81
@@ -208,6 +209,32 @@ def test_a_directory_of_something_else_is_refused_and_kept(tmp_path):
     with locked(tmp_path), pytest.raises(InputError, match="writes there"):
         incremental(STOCKY, PULSES, directory=tmp_path, **QUICK)
     assert (tmp_path / "runs.jsonl").read_bytes() == before
+
+
+def test_what_verdicts_warn_of_is_told_once_and_kept(tmp_path):
+    # The cube is drawn 8 mm above the ground: a joint to statics, which is closed for Bullet.
+    blocks = [box((-2, -2, -1), (3, 3, 0), name="ground"), box((0, 0, 0.008), (1, 1, 1.008), name="cube")]
+    asm = Assembly.from_blocks(blocks, supports=["ground"])
+    for _ in range(2):
+        found = incremental(asm, {"weak": PULSES["pulse0"]}, directory=tmp_path, **QUICK | {"up_to": 0.2, "jobs": 1})
+        (text,) = found.warnings
+        assert text.startswith("1 joints that statics count as closed were open or overlapped")
+        assert found.explain().count(text) == 1
+        assert [run.warnings for run in found.curves[0].runs] == [(text,)] * 2
+
+
+def test_an_action_that_has_acted_is_the_same():
+    springs = AngularSprings(50.0)
+    before = digest(springs)
+    verify(STOCKY, settings=FAST, actions=[springs])
+    assert digest(springs) == before != digest(AngularSprings(51.0))
+
+
+def test_a_fall_of_a_group_alone_names_no_block(analysis):
+    curve = analysis.curves[0]
+    runs = tuple(replace(run, first_block=None) for run in curve.runs)
+    found = replace(analysis, curves=(replace(curve, runs=runs),))
+    assert f"falls at {curve.upper:.4g} g (" in found.explain()
 
 
 def test_a_process_that_dies_costs_its_record_alone():

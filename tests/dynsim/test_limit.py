@@ -5,9 +5,9 @@ import pytest
 
 from blockstat import InputError, limit_load
 from blockstat.loads import point_load
-from dynsim import limit
-from dynsim.judge.limit import LimitOutcome, Trial, _warnings
-from evidence.scenes.small import arch, running_bond, slab, stack
+from dynsim import Settings, limit, verify
+from dynsim.judge.limit import DynamicLimit, LimitOutcome, Trial, _Search, _warnings
+from evidence.scenes.small import arch, assembly, box, running_bond, slab, stack
 
 
 def test_a_block_tips_and_slides_at_its_closed_forms():
@@ -52,6 +52,49 @@ def test_few_runs_from_the_static_limit():
     moved = [t.multiplier for t in found.trials if t.verdict != "stands"]
     assert found.lower in stood
     assert found.upper in moved
+
+
+@pytest.mark.parametrize("friction", [1e-6, 0.0])
+def test_a_limit_of_less_than_runs_can_see_is_not_resolved(friction):
+    # The block slides at its friction, and a run need not show an imbalance below a thousandth of the weight.
+    found = limit(stack(1, friction=friction), (1, 0, 0), check=False, settings=Settings.named("fast"))
+    assert found.outcome is LimitOutcome.LIMIT
+    assert found.lower <= friction < found.upper <= 1e-3
+    assert any("not resolved" in text for text in found.warnings)
+    assert found.summary()["ratio"] is None
+
+
+def test_a_load_is_unbounded_in_units_of_the_weight():
+    # A load carried up to 0.3 of the weight, or without end, where statics say a millionth.
+    asm = stack(1)
+    moves, carried = 0.3, []
+
+    class Prescribed(_Search):
+        def stands(self, multiplier):
+            carried.append(multiplier)
+            return multiplier < moves
+
+    search = Prescribed(asm, asm.gravity[[2, 0, 1]], (), None, None, 0.01, None, unbounded=False)
+    outcome, lower, upper = search.bracket(2e-6)
+    assert outcome is LimitOutcome.LIMIT
+    assert lower < 0.3 <= upper <= 1.02 * lower
+    moves = np.inf
+    assert search.bracket(2e-6)[0] is LimitOutcome.UNBOUNDED
+    assert 32 <= max(carried) <= 64
+
+
+def test_a_static_limit_of_zero_has_no_ratio():
+    found = DynamicLimit(LimitOutcome.LIMIT, 0.1, 0.11, (0.0, 0.0), (), 1.0, 0.01)
+    assert found.summary()["ratio"] is None
+    assert "Bullet / static" not in found.explain()
+
+
+def test_a_limit_tells_what_its_verdicts_warn_of():
+    # The cube is drawn 8 mm above the ground: a joint to statics, which is closed for Bullet.
+    open_joint = assembly([box((-2, -2, -1), (3, 3, 0)), box((0, 0, 0.008), (1, 1, 1.008))])
+    (text,) = verify(open_joint).warnings
+    assert "1 joints that statics count as closed were open" in text
+    assert limit(open_joint, (1, 0, 0), width=0.5, check=False).warnings.count(text) == 1
 
 
 def test_loads_without_a_limit_and_assemblies_without_a_stand():

@@ -254,6 +254,12 @@ def test_loads_leave_the_verdict_without_them_as_it_was():
         (lambda: Record(np.array([0.0, 1.0]), np.ones((2, 2))), "record: times have shape"),
         (lambda: verify(stack(2), loads=[Removal("key")]), 'removal: no block "key"; blocks are: ground, stone0'),
         (lambda: verify(stack(2), loads=[Removal(["stone0", "stone1"])]), "removal: nothing that can move is left"),
+        (
+            lambda: verify(stack(2), loads=[Removal("stone0"), Removal("stone1", time=0.5)]),
+            "removal: nothing that can move is left",
+        ),
+        (lambda: Push("a", velocity=("x", 0, 0)), r"push: velocity is \('x', 0, 0\); it must be three numbers"),
+        (lambda: Push("a", velocity=((1, 0), 0, 0)), r"push: velocity is .*; it must be three numbers"),
         (lambda: verify(stack(2), loads=[Push("ground", velocity=(1, 0, 0))]), 'push: "ground" is a support'),
         (lambda: verify(stack(2), loads=[Settlement(1, (0, 0, 1), 1)]), 'settlement: "stone0" is no support'),
     ],

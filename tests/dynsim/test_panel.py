@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from blockstat import assess, write
-from blockstat.app.background import Refused
+from blockstat.app.background import Crashed, Refused
 from blockstat.app.design import open_model
 from blockstat.app.words import Known
 from blockstat.result import millimetres
@@ -58,6 +58,29 @@ def test_what_falls_is_shown_falling_further_than_its_verdict_needs():
     for _, value, limit in criteria(fallen.verdict):
         assert millimetres(value) in text
         assert millimetres(limit) in text
+
+
+def test_a_run_that_ends_before_its_film_leaves_the_verdict():
+    panel = FallPanel()
+    panel._worker = worker = Mock()
+    panel._text = panel._stop = panel._go = Mock()
+    panel._known, panel._began, panel._fallen = Known(assess(stack(1))), 0.0, None
+    verdict = SimpleNamespace(
+        outcome=SimpleNamespace(word="falls", value="it falls"), first_block="", group="", warnings=(),
+        group_drop=1.0, max_drop=1.0, max_displacement=1.0, roof_threshold=0.1, brick_threshold=0.1,
+    )  # fmt: skip
+    for end, words in (
+        (panel.cancel, "Bullet was stopped."),
+        (lambda: panel._told(worker, Crashed("out of memory")), "Bullet ended without a film: out of memory"),
+    ):
+        panel._worker = worker
+        panel._told(worker, Fallen(verdict, ""))
+        assert "the film is being made" in panel._text.content
+        end()
+        assert "it falls" in panel._text.content
+        assert words in panel._text.content
+        assert "being made" not in panel._text.content
+        assert panel._worker is None
 
 
 def test_the_words_of_bullet_are_shown_as_they_are_written_and_never_run():

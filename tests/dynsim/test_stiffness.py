@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from blockstat import InputError, Outcome, assess, glued
+from blockstat import InputError, Outcome, Tie, assess, glued
 from dynsim import AngularSprings, DynamicOutcome, InertiaScale, Settings, simulate, verify
 from evidence.scenes.small import stack
 
@@ -92,6 +92,25 @@ def test_scaled_inertia_is_told_with_the_verdict():
     assert verdict.outcome is DynamicOutcome.STANDS
     assert "scaled by 7000" in verdict.warnings[0]
     assert verify(block(0.0)).warnings == ()
+
+
+def test_less_inertia_is_told_as_faster():
+    # omega^2 goes as 1 / inertia.
+    assert "rotations are up to 2 times as fast;" in InertiaScale(0.25).caveat
+    assert "rotations take up to 2 times as long" in InertiaScale(4.0).caveat
+
+
+@pytest.mark.parametrize("held", ["bond", "tie", "spring"])
+def test_less_inertia_is_refused_where_springs_are_as_stiff_as_the_time_step_allows(held):
+    asm, actions = stack(1), [InertiaScale(0.1)]
+    if held == "bond":
+        asm = glued(asm, 1.0, moment=1.0)
+    elif held == "tie":
+        asm = asm.with_(ties=[Tie(("ground", "stone0"), ((0.5, 0.5, 0.0), (0.5, 0.5, 1.0)), 0.0, 1.0)])
+    else:
+        actions.append(AngularSprings(1.0))
+    with pytest.raises(InputError, match=r"inertia scale is 0\.1; it must be at least 1 with ties, angular springs or"):
+        simulate(asm, actions=actions)
 
 
 @pytest.mark.parametrize(

@@ -134,7 +134,7 @@ def _worst(problem: Problem, loads: Loads | None, imperfections: Imperfections, 
     verdicts = []
     for case in cases_of(problem, loads, imperfections):
         own = assess(case.assembly, loads=case.loads, interfaces=case.interfaces, **options)
-        own = replace(own, worst=case.words, warnings=(*problem.warnings, *own.warnings))
+        own = replace(own, worst=case.words, warnings=problem.warnings_with(own.warnings))
         if own.outcome is Outcome.UNSTABLE:
             return own
         verdicts.append(own)

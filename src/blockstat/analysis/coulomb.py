@@ -19,14 +19,14 @@ thrust holds slips on by the same amount or more with each program.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from blockstat.certificate.bracket import Progress
 from blockstat.certificate.coulomb_state import RATE_ACCURACY, CoulombCertificate, check_coulomb_state, loaded_points
-from blockstat.program.penalty import PenaltyProgram
+from blockstat.program.penalty import PenaltyProgram, as_strong_as_the_weight
 from blockstat.solve.coulomb import Iterate, solve_state
 from blockstat.typing import Floats, Ints
 
@@ -40,6 +40,8 @@ UNEQUAL = float(np.log10(2.0))
 GREAT = 1e3
 #: Width of the bracket of a limit load without dilatancy, relative to the limit load with it.
 MULTIPLIER_WIDTH = 5e-4
+#: The least multiplier that is told from none where a load has no limit with dilatancy, relative to the largest tried.
+LEAST_MULTIPLIER = 1e-8
 #: A member's slips grow when they change by as much in the last third of so many programs as in the third before.
 EARLY = 6
 #: After so many programs they have no bound when the changes shrink no faster than those of a harmonic series, whose
@@ -339,6 +341,7 @@ def multiplier_brackets(
     load: Floats,
     associated: float,
     *,
+    most: float = np.inf,
     solver: str = "auto",
     progress: Progress | None = None,
 ) -> tuple[tuple[tuple[float, float], ...], bool]:
@@ -351,7 +354,9 @@ def multiplier_brackets(
     load
         What the multiplier multiplies, in the units of the program, shape (6 n,).
     associated
-        The multiplier of limit analysis, above which there is none.
+        The multiplier of limit analysis, above which there is none. Infinite where it finds no limit.
+    most
+        How many times as strong as the weight the load is at most, then. One that is carried so has no limit.
     solver
         One of `blockstat.solve.dispatch.CHOICES`.
     progress
@@ -361,7 +366,7 @@ def multiplier_brackets(
     Returns
     -------
     brackets : tuple of (float, float)
-        By kind as in `FAMILY`, found by bisection.
+        By kind as in `FAMILY`, found by bisection; both ends are infinite where there is no limit.
     stopped : bool
         Whether a KeyboardInterrupt has ended the last bracket early; kinds behind it have none.
     """
@@ -369,7 +374,7 @@ def multiplier_brackets(
     try:
         for number, kind in enumerate(FAMILY):
             brackets[number:] = [(0.0, associated)]
-            for trial, bracket in enumerate(_bisection(program, load, associated, kind, solver)):
+            for trial, bracket in enumerate(_bisection(program, load, associated, kind, solver, most)):
                 brackets[number] = bracket
                 if progress is not None:
                     progress(trial, *bracket)
@@ -381,19 +386,46 @@ def multiplier_brackets(
 
 
 def _bisection(
-    program: PenaltyProgram, load: Floats, associated: float, kind: tuple[float, float], solver: str
+    program: PenaltyProgram,
+    load: Floats,
+    associated: float,
+    kind: tuple[float, float],
+    solver: str,
+    most: float = np.inf,
 ) -> Iterator[tuple[float, float]]:
     """The brackets of one kind of joints, ever narrower."""
+
+    def settles(multiplier: float) -> bool:
+        loaded = replace(program, load=program.load + multiplier * load)
+        if np.isinf(associated):  # a load far beyond the weight closes joints by what the weight closes them else
+            loaded = loaded.in_units(*(np.full(size, max(1.0, multiplier * strength)) for size in sizes))
+        return coulomb_state(loaded, kinds=[kind], solver=solver).settles is True
+
+    strength, sizes = as_strong_as_the_weight(program, load)[1], (len(load) // 6, len(program.friction))
     width = MULTIPLIER_WIDTH * associated
     low, high = 0.0, associated
     yield low, high
-    if coulomb_state(program, kinds=[kind], solver=solver).settles is not True:
+    if not settles(0.0):
         yield low, low  # not even the dead load
+        return
+    if np.isinf(associated):
+        if settles(most / strength):
+            yield associated, associated
+        else:
+            yield from _through_decades(settles, most / strength)
         return
     while high - low > width:
         # Most structures lose little to zero dilatancy, so the first trial is near the top.
         middle = high - width if low == 0.0 and high == associated else (low + high) / 2
-        loaded = replace(program, load=program.load + middle * load)
-        settles = coulomb_state(loaded, kinds=[kind], solver=solver).settles is True
-        low, high = (middle, high) if settles else (low, middle)
+        low, high = (middle, high) if settles(middle) else (low, middle)
+        yield low, high
+
+
+def _through_decades(settles: Callable[[float], bool], most: float) -> Iterator[tuple[float, float]]:
+    """The brackets between nothing and a multiplier too large by orders of magnitude, ever narrower."""
+    low, high, least = 0.0, most, LEAST_MULTIPLIER * most
+    yield low, high
+    while high - max(low, least) > MULTIPLIER_WIDTH * high:
+        middle = float(np.sqrt(max(low, least) * high))
+        low, high = (middle, high) if settles(middle) else (low, middle)
         yield low, high

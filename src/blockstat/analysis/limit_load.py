@@ -25,7 +25,7 @@ from blockstat.imperfection.imperfections import Imperfections
 from blockstat.loads import Loads, as_load
 from blockstat.program.bonds import Bonds
 from blockstat.program.conic import ConicProgram, conic_program
-from blockstat.program.penalty import PenaltyProgram
+from blockstat.program.penalty import PenaltyProgram, as_strong_as_the_weight
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve import interior_point
 from blockstat.solve.answer import Answer, EarlyEnd, Status, no_answer
@@ -52,6 +52,7 @@ TOLERANCE = 1e-4
 #: What a multiplier alone leaves open.
 DILATES = 'Friction is associated: joints dilate as they slide, and real ones may carry less (see flow="coulomb").'
 INTERRUPTED = "stopped before every kind of joints without dilatancy was bracketed"
+JAMS = "joints that dilate as they slide carry any multiple; without dilatancy some kinds of joints were not found to"
 
 
 class LoadOutcome(Sentence):
@@ -79,7 +80,8 @@ class LimitLoad(Result):
     timings: dict[str, float]
     #: With flow="coulomb", for stiff joints, elastic ones, and both (`blockstat.analysis.coulomb.FAMILY`):
     #: the multiplier up to which a checked state without dilatancy and self-stress was found, and the next at which
-    #: there was none. Not a theorem: these limits are not unique, as friction depends on history.
+    #: there was none; infinite where one was found for a load `UNBOUNDED` times as strong as the weight. Not a theorem:
+    #: these limits are not unique, as friction depends on history.
     coulomb_kinds: tuple[tuple[float, float], ...] = ()
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
     ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
@@ -143,14 +145,15 @@ class LimitLoad(Result):
             above = f" <= {self.upper:.9g}" if np.isfinite(self.upper) else ""
             if below or above:
                 lines.append(f"{below}multiplier{above}")
-        if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED):
-            if self.coulomb is None:
-                lines.append(DILATES)
-            else:
-                lines.append(f"Without dilatancy and self-stress: {self.coulomb[0]:.5g} to {self.coulomb[1]:.5g}")
-            if self.coulomb_least is not None and self.coulomb is not None and self.coulomb_least[1] < self.coulomb[0]:
-                least, above = self.coulomb_least
+        if self.coulomb is not None and self.coulomb_least is not None:
+            (low, high), (least, above) = self.coulomb, self.coulomb_least
+            end = f"to {high:.5g}" if np.isfinite(low) else f"({UNBOUNDED:g} times the weight was tried)"
+            lines.append(f"Without dilatancy and self-stress: {low:.5g} {end}")
+            if above < low:
                 lines.append(f"In the kind of joints that carries least: {least:.5g} to {above:.5g}")
+        elif self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED, LoadOutcome.UNBOUNDED):
+            lines.append(DILATES)
+        if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED):
             counts = ", ".join(f"{len(pairs)} {kind}" for kind, pairs in self.joints().items())
             lines.append(f"Joints of the mechanism: {counts}.")
             if len(self.moving):
@@ -174,9 +177,9 @@ class LimitLoad(Result):
             "lower": finite(self.lower),
             "upper": finite(self.upper),
             "iterations": self.iterations,
-            "coulomb_lower": None if self.coulomb is None else self.coulomb[0],
-            "coulomb_upper": None if self.coulomb is None else self.coulomb[1],
-            "coulomb_least": None if self.coulomb_least is None else self.coulomb_least[0],
+            "coulomb_lower": None if self.coulomb is None else finite(self.coulomb[0]),
+            "coulomb_upper": None if self.coulomb is None else finite(self.coulomb[1]),
+            "coulomb_least": None if self.coulomb_least is None else finite(self.coulomb_least[0]),
             "branch": None if self.coulomb is None else "without dilatancy and self-stress",
             "joints": self.joints(),
             "moving": [self.assembly.names[i] for i in self.moving],
@@ -214,7 +217,8 @@ def limit_load(
 
     The friction is associated: sliding joints dilate, so for real stone the multiplier is an upper bound. With
     flow="coulomb" the multiplier without dilatancy and self-stress is looked for below it, by bisection on
-    `blockstat.analysis.coulomb`. It is not unique; the least and the largest of three kinds of joints are given.
+    `blockstat.analysis.coulomb`. It is not unique; the least and the largest of three kinds of joints are given. A load
+    without limit is "unbounded" then only where all of them carry it, and "undecided" elsewhere.
 
     Parameters
     ----------
@@ -294,44 +298,50 @@ def limit_load(
             own = limit_load(case.assembly, load, loads=case.loads, interfaces=case.interfaces, **options)
             if own.outcome is LoadOutcome.STOPPED:
                 raise KeyboardInterrupt  # of the other cases nothing is known
-            brackets.append(replace(own, worst=case.words, warnings=(*problem.warnings, *own.warnings)))
-        return min(brackets, key=lambda own: own.lower)
+            brackets.append(replace(own, worst=case.words, warnings=problem.warnings_with(own.warnings)))
+        return min(brackets, key=lambda own: _carried(own, flow))
     if not len(problem.assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to load')
     direction = as_load(problem.assembly, load)
     timings = dict(problem.timings)
     with timed(timings, "solve"):
         outcome, lower, upper, force, twist, iterations = _bracket(problem, direction, solver, tolerance, **how)
-    kinds: tuple[tuple[float, float], ...] = ()
-    warnings = problem.warnings
-    if flow == "coulomb" and outcome is LoadOutcome.LIMIT and lower > 0:
-        with timed(timings, "coulomb"):
-            kinds = ((lower, lower),)
-            if problem.program is not None and problem.slips:
-                options = {"solver": solver, "progress": progress}
-                kinds, stopped = multiplier_brackets(problem.program, problem.scaled(direction), lower, **options)
-                if stopped:
-                    outcome, warnings = LoadOutcome.STOPPED, (*warnings, INTERRUPTED)
+    warnings = (*problem.warnings, *problem.strengths) if outcome is LoadOutcome.UNBOUNDED else problem.warnings
     found = LimitLoad(
-        outcome=outcome,
-        lower=lower,
-        upper=upper,
-        forces=problem.to_points(force),
-        mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)),
-        interfaces=problem.interfaces,
-        assembly=problem.assembly,
-        warnings=(*warnings, *problem.strengths) if outcome is LoadOutcome.UNBOUNDED else warnings,
-        timings=timings,
-        coulomb_kinds=kinds,
-        bonds=problem.to_bonds(force),
-        ties=problem.to_ties(force),
-        iterations=iterations,
-    )
+        outcome=outcome, lower=lower, upper=upper, forces=problem.to_points(force),
+        mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)), interfaces=problem.interfaces,
+        assembly=problem.assembly, warnings=warnings, timings=timings, bonds=problem.to_bonds(force),
+        ties=problem.to_ties(force), iterations=iterations,
+    )  # fmt: skip
     with timed(timings, "contacts without a normal"):
         options = {"loads": loads, "gap": gap, "solver": solver, "tolerance": tolerance, "optimum": optimum}
         found = _beyond_doubt(problem, found, direction, options)
+    if flow == "coulomb" and outcome in (LoadOutcome.LIMIT, LoadOutcome.UNBOUNDED, LoadOutcome.STOPPED):
+        with timed(timings, "coulomb"):
+            found = _without_dilatancy(problem, found, direction, {"solver": solver, "progress": progress})
     timings["total"] = sum(timings.values())
     return found
+
+
+def _carried(found: LimitLoad, flow: str) -> float:
+    """The multiplier by which cases are ranked: nothing is known without dilatancy where no joints were tried."""
+    return found.coulomb_least[0] if found.coulomb_least else min(found.lower, np.inf if flow == "associated" else 0.0)
+
+
+def _without_dilatancy(problem: Problem, found: LimitLoad, load: Floats, options: dict[str, Any]) -> LimitLoad:
+    """The bracket with those of each kind of joints, all of which are to carry a load without limit."""
+    stopped, outcome, kinds = found.outcome is LoadOutcome.STOPPED, found.outcome, ((found.lower, found.lower),)
+    if stopped or found.lower <= 0:
+        kinds = ((0.0, max(found.upper, 0.0)),)
+    elif problem.program is not None and problem.slips:
+        options = {**options, "most": UNBOUNDED}
+        kinds, stopped = multiplier_brackets(problem.program, problem.scaled(load), found.lower, **options)
+    warnings: tuple[str, ...] = ()
+    if stopped:
+        outcome, warnings = LoadOutcome.STOPPED, (INTERRUPTED,)
+    elif outcome is LoadOutcome.UNBOUNDED and np.isfinite(min(kinds)[0]):
+        outcome, warnings = LoadOutcome.UNDECIDED, (JAMS,)
+    return replace(found, outcome=outcome, coulomb_kinds=kinds, warnings=(*found.warnings, *warnings))
 
 
 def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, options: dict[str, Any]) -> LimitLoad:
@@ -345,14 +355,15 @@ def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, options: dic
         warnings = rim_warnings(problem, motion)
         if not warnings:
             return found
-        options = {**options, "load": load}
-        held = judged_with_rims(problem, motion, lambda own: limit_load(problem.assembly, interfaces=own, **options))
-        upper, mechanism = held.upper, held.mechanism
+        if found.outcome is not LoadOutcome.STOPPED:
+            asm = problem.assembly
+            held = judged_with_rims(problem, motion, lambda own: limit_load(asm, load, interfaces=own, **options))
+            upper, mechanism = held.upper, held.mechanism
     closed = is_closed(found.lower, upper, options["tolerance"])
     if closed if found.outcome is LoadOutcome.LIMIT else upper == found.upper == -np.inf:
         return replace(found, upper=upper, mechanism=mechanism)
-    found = replace(found, warnings=(*found.warnings, *warnings))
-    return replace(found, outcome=LoadOutcome.UNDECIDED, upper=upper, mechanism=mechanism)
+    outcome = found.outcome if found.outcome is LoadOutcome.STOPPED else LoadOutcome.UNDECIDED
+    return replace(found, outcome=outcome, upper=upper, mechanism=mechanism, warnings=(*found.warnings, *warnings))
 
 
 def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float, **how: Any) -> Found:
@@ -379,19 +390,13 @@ def _by_verdicts(
     load: Floats, program: PenaltyProgram, dead: Floats, found: Found, tolerance: float, options: dict[str, Any]
 ) -> Found:
     """A bracket that the optimum leaves undecided, narrowed by verdicts on single multipliers."""
-    load, unit = _as_strong_as_the_weight(program, load)
+    load, unit = as_strong_as_the_weight(program, load)
     ends = Bound(found[1] * unit, found[3]), Bound(found[2] * unit, found[4])
     low, high, spent = narrowed(program, load, *ends, tolerance=tolerance, most=UNBOUNDED, **options)
     if low.value >= UNBOUNDED:
         return LoadOutcome.UNBOUNDED, np.inf, np.inf, dead, np.zeros_like(load), found[-1] + spent
     outcome = LoadOutcome.LIMIT if is_closed(low.value, high.value, tolerance) else LoadOutcome.UNDECIDED
     return outcome, low.value / unit, high.value / unit, low.evidence, high.evidence, found[-1] + spent
-
-
-def _as_strong_as_the_weight(program: PenaltyProgram, load: Floats) -> tuple[Floats, float]:
-    """The load over its strength, so that multipliers are near one; and its strength, in weights."""
-    unit = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum() or np.abs(load).sum()) / program.total_load
-    return load / unit, unit
 
 
 def bracket(
@@ -426,7 +431,7 @@ def bracket(
     """
     program = problem.program
     assert program is not None
-    load, unit = _as_strong_as_the_weight(program, problem.scaled(direction))
+    load, unit = as_strong_as_the_weight(program, problem.scaled(direction))
     conic = conic_program(program, -program.load, pinned=load)
     on_the_way = Bracket(program, load, dead, tolerance, problem.motions, _in_units(progress, unit))
     early = tolerance >= ON_THE_WAY and not optimum

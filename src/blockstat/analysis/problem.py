@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -63,6 +63,21 @@ class Problem:
     ties: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     undivided: Interfaces | None = None  #: the joints before joint laws divided them into cells; None: they did not
     given: Interfaces | None = None  #: the joints as found or given, for another problem on the same blocks
+
+    def warnings_with(self, others: Iterable[str]) -> tuple[str, ...]:
+        """Return the warnings of this problem and others, each once.
+
+        Parameters
+        ----------
+        others
+            Of the same problem in another case.
+
+        Returns
+        -------
+        tuple of str
+            In their order.
+        """
+        return tuple(dict.fromkeys((*self.warnings, *others)))
 
     def to_blocks(self, twist: Floats) -> Floats:
         """Return a scaled twist as velocities and rotations of all blocks.
@@ -135,7 +150,7 @@ class Problem:
         """
         if not self.assembly.ties:
             return None
-        found = np.array([tie.least for tie in self.assembly.ties])
+        found = np.array([tie.least for tie in self.assembly.ties], dtype=float)
         if self.program is not None and len(self.ties) and len(force):
             found[self.ties] = force[-len(self.ties) :, 0] * self.program.force_unit
         return found

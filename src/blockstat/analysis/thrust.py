@@ -321,10 +321,11 @@ def load_domain(
         )  # fmt: skip
         if limit.outcome is not LoadOutcome.LIMIT:
             raise InputError(f"along ({x:.3g}, {y:.3g}): {limit.outcome.value}")
+        told = (*told, *limit.warnings)
         inner.append((limit.lower * x, limit.lower * y))
         a, b = (float((load * limit.mechanism).sum()) for load in (first, second))
         outer.append((a, b, limit.upper * (a * x + b * y)))
-    return LoadDomain(np.array(inner), np.array(outer), told)
+    return LoadDomain(np.array(inner), np.array(outer), tuple(dict.fromkeys(told)))
 
 
 def shared_joints(

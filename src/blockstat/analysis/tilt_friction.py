@@ -54,6 +54,7 @@ class BracketOutcome(Sentence):
     LIMIT = "Limit: the assembly stands on one side of the limit and not on the other."
     ALWAYS_STANDS = "Always stands: the assembly is stable in the whole range."
     NEVER_STANDS = "Never stands: the assembly is stable nowhere in the range."
+    OPEN = "Open: the assembly stands at the value given; what it does beyond could not be proven."
     UNDECIDED = "Undecided: too close to the limit to prove either way, even where the assembly would stand first."
 
 
@@ -62,7 +63,7 @@ class Bracket(Result):
     """Two neighbouring values of a parameter with proven verdicts on both sides of a limit."""
 
     stands: float  #: the assembly is statically stable here; nan if nowhere
-    falls: float  #: and unstable here; nan if nowhere in the range
+    falls: float  #: and unstable here; nan if nowhere in the range, or where `open`
     parameter: str = "parameter"  #: what is varied, "tilt" or "friction"
     unit: str = ""  #: of both values, "deg" or none
     #: with flow="coulomb", both values for each kind of joints (`blockstat.analysis.coulomb.FAMILY`): stiff ones,
@@ -70,6 +71,8 @@ class Bracket(Result):
     kinds: tuple[tuple[float, float], ...] = ()
     worst: str = ""  #: the case of the imperfections that this bracket is of, the worst one, in words
     warnings: tuple[str, ...] = ()
+    flow: str = "associated"  #: or "coulomb", as it was asked
+    open: bool = False  #: whether verdicts beyond `stands` are undecided, so that no fall is proven
 
     @property
     def value(self) -> float:
@@ -78,9 +81,11 @@ class Bracket(Result):
 
     @property
     def outcome(self) -> BracketOutcome:
-        """Whether there is a limit in the range; undecided where neither side is known."""
+        """Whether there is a limit in the range; open where one side is known, undecided where neither is."""
         if math.isnan(self.stands):
             return BracketOutcome.UNDECIDED if math.isnan(self.falls) else BracketOutcome.NEVER_STANDS
+        if self.open:
+            return BracketOutcome.OPEN
         return BracketOutcome.ALWAYS_STANDS if math.isnan(self.falls) else BracketOutcome.LIMIT
 
     def explain(self) -> str:
@@ -102,7 +107,7 @@ class Bracket(Result):
             ends = ", ".join(f"{stands:.6g}" for stands, _ in self.kinds)
             to = "up to" if self.parameter == "tilt" else "down to"
             lines.append(f"In stiff joints, elastic ones and both in one a Coulomb state is found {to} {ends}{unit}.")
-        elif not math.isnan(self.stands):
+        elif self.flow == "associated" and not math.isnan(self.stands):
             lines.append(DILATES)
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
@@ -173,8 +178,8 @@ def tilt_limit(
     Returns
     -------
     Bracket
-        Angles [deg]. `falls` is nan when the assembly stands at every angle, `stands` is nan when it does not stand as
-        it is.
+        Angles [deg]. `falls` is nan when the assembly stands at every angle, and when no fall could be proven (the
+        outcome is "open"). `stands` is nan when it does not stand as it is.
 
     Raises
     ------
@@ -219,9 +224,9 @@ def tilt_limit(
         for case in cases_of(problem, loads, imperfections):
             own = tilt_limit(case.assembly, axis, loads=case.loads, interfaces=case.interfaces, **options)
             brackets.append(replace(own, worst=case.words))
-        worst = min(brackets, key=lambda own: -1.0 if math.isnan(own.stands) else own.stands)
-        return _with_warnings(worst, problem)
-    return _with_warnings(_tilt(problem, unit, loads, solver, flow), problem)
+        worst = min(brackets, key=lambda own: -1.0 if math.isnan(own.least[0]) else own.least[0])
+        return replace(worst, warnings=problem.warnings_with(worst.warnings))
+    return _with_warnings(replace(_tilt(problem, unit, loads, solver, flow), flow=flow), problem)
 
 
 def _with_warnings(found: Bracket, problem: Problem, *more: str) -> Bracket:
@@ -267,7 +272,7 @@ def _decided(answer: Answer) -> Answer:
 
 
 def _tilts(stands: float, falls: float) -> Bracket:
-    return Bracket(stands, falls, "tilt", "deg")
+    return Bracket(stands, falls, "tilt", "deg", open=math.isnan(falls) and stands < 180.0)
 
 
 def _scan(judge: Callable[[float], Answer], top: float, width: float) -> tuple[float, float]:
@@ -277,11 +282,17 @@ def _scan(judge: Callable[[float], Answer], top: float, width: float) -> tuple[f
     low = 0.0
     while low < top:
         high = min(low + STEP, top)
-        if judge(high)[0] is Outcome.STABLE:
+        if (outcome := judge(high)[0]) is Outcome.STABLE:
             low = high
             continue
-        return _close_in(judge, low, high, width)
+        return _proven(_close_in(judge, low, high, width), high, outcome)
     return top, math.nan
+
+
+def _proven(found: tuple[float, float], far: float, outcome: Outcome) -> tuple[float, float]:
+    """A bracket without its falling end, where that is still the first one, whose verdict is undecided."""
+    stands, falls = found
+    return stands, math.nan if outcome is Outcome.UNDECIDED and falls == far else falls
 
 
 def _nowhere(first: Outcome, value: float) -> tuple[float, float]:
@@ -355,7 +366,8 @@ def friction_limit(
     -------
     Bracket
         Coefficients of friction. `stands` is nan when not even `top` is enough. `falls` is nan when the assembly stands
-        without friction (or, with cohesion, with the least friction that cohesion may go with).
+        without friction (or, with cohesion, with the least friction that cohesion may go with), and when no fall could
+        be proven (the outcome is "open").
 
     Raises
     ------
@@ -383,7 +395,7 @@ def friction_limit(
     """
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
-    posed = pose(assembly, friction=None, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
+    posed = pose(assembly, friction=top, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     shared, told = posed.given, _friction_of_laws(assembly, posed.interfaces)
     least = LEAST_FRICTION if any(law.cohesion for law in assembly.joints) else 0.0
     mixed = any(law.cohesion and (law.tension or law.bond) for law in assembly.joints)
@@ -397,13 +409,17 @@ def friction_limit(
     def bracket(judge: Callable[[float], Answer], width: float) -> tuple[float, float]:
         if (first := judge(top)[0]) is not Outcome.STABLE:
             return _nowhere(Outcome.UNDECIDED if mixed else first, top)
-        return (least, math.nan) if judge(least)[0] is Outcome.STABLE else _close_in(judge, top, least, width)
+        if (last := judge(least)[0]) is Outcome.STABLE:
+            return least, math.nan
+        return _proven(_close_in(judge, top, least, width), least, last)
 
     if flow == "associated":
-        return _with_warnings(Bracket(*bracket(judge, width), "friction"), posed, *told)
+        stands, falls = bracket(judge, width)
+        unknown = math.isnan(falls) and stands > least
+        return _with_warnings(Bracket(stands, falls, "friction", open=unknown), posed, *told)
     width = max(width, COULOMB_FRICTION)
     found = [bracket(lambda mu, k=kind: _decided(judge(mu, [k])), width) for kind in FAMILY]
-    return _with_warnings(_of_kinds(found, "friction"), posed, *told)
+    return _with_warnings(replace(_of_kinds(found, "friction"), flow=flow), posed, *told)
 
 
 def _friction_of_laws(assembly: Assembly, interfaces: Interfaces) -> list[str]:

@@ -107,7 +107,7 @@ class Verdict(Result):
         Notes
         -----
         It is the largest `|f_t| / (mu f_n + c)`, or pressure over strength, over points that carry at least 1 % of the
-        block's largest force.
+        block's largest force. A joint without friction uses none.
         """
         points = self.interfaces.point_interface
         law = point_law(self.assembly, self.interfaces)
@@ -115,6 +115,7 @@ class Verdict(Result):
         tangent = np.hypot(force[:, 1], force[:, 2])
         with np.errstate(divide="ignore", invalid="ignore"):
             used = np.where(force[:, 0] > 0, np.minimum(tangent / (law.friction * force[:, 0]), 1.0), 1.0)
+            used[(force[:, 0] > 0) & (law.friction == 0)] = 0.0
             crushed = np.where(np.isinf(law.cap), 0.0, self.forces[:, 0] / (law.cap - law.shift))
         used = np.clip(np.maximum(used, crushed), 0.0, 1.0)
         size = np.linalg.norm(force, axis=1)

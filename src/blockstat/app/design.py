@@ -386,8 +386,27 @@ class Slipped:
         Coefficient of friction [-]; nan when none was found.
     seconds : float
         Process time of the bisection [s].
+    reason : str
+        Why it is not known; empty where it is, and where no friction is enough.
     """
 
     number: int
     least: float
     seconds: float
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Stopped:
+    """The slower results of a question that were not told yet will not come.
+
+    Attributes
+    ----------
+    number : int
+        Number of the question.
+    message : str
+        Why.
+    """
+
+    number: int
+    message: str

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import isnan, nan
 from time import process_time
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.limit_load import limit_load
-from blockstat.analysis.tilt_friction import friction_limit
+from blockstat.analysis.tilt_friction import BracketOutcome, friction_limit
 from blockstat.analysis.verdict import Verdict
 from blockstat.app.background import Channel
 from blockstat.app.design import EDGES, PUSHES, Began, Failed, Judged, Pushed, Question, Scored, Slipped
@@ -95,21 +96,25 @@ def slower_results(channel: Channel, number: int, verdict: Verdict) -> None:
     """
     assembly, interfaces = verdict.assembly, verdict.interfaces
     if isnan(verdict.score):
-        channel.send(Scored(number, assess(assembly, interfaces=interfaces)))
+        scored = assess(assembly, interfaces=interfaces, gap=interfaces.searched)
+        channel.send(Scored(number, replace(scored, worst=verdict.worst)))
     for push in PUSHES:
         channel.send(_pushed(number, assembly, interfaces, push))
-    begin = process_time()
+    begin, least, reason = process_time(), nan, ""
     try:
-        least = friction_limit(assembly, width=NEAR, interfaces=interfaces).value
-    except InputError:
-        least = nan
-    channel.send(Slipped(number, least, process_time() - begin))
+        found = friction_limit(assembly, width=NEAR, interfaces=interfaces, gap=interfaces.searched)
+        least = found.value
+        if found.outcome is BracketOutcome.UNDECIDED:
+            reason = found.outcome.value
+    except InputError as error:
+        reason = str(error)
+    channel.send(Slipped(number, least, process_time() - begin, reason))
 
 
 def _pushed(number: int, assembly: Assembly, interfaces: Interfaces, push: str) -> Pushed:
     begin = process_time()
     try:
-        limit = limit_load(assembly, PUSHES[push], interfaces=interfaces)
+        limit = limit_load(assembly, PUSHES[push], interfaces=interfaces, gap=interfaces.searched)
     except InputError as error:
         return Pushed(number, push, None, str(error), process_time() - begin)
     return Pushed(number, push, limit, "", process_time() - begin)

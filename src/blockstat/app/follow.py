@@ -7,7 +7,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from blockstat.app.background import Crashed, Ended, Limits, Worker
-from blockstat.app.design import Began, Failed, Judged, Model, Question
+from blockstat.app.design import Began, Failed, Judged, Model, Question, Stopped
 from blockstat.app.evaluation import evaluate_designs, slower_results
 
 if TYPE_CHECKING:
@@ -131,6 +131,8 @@ class Follower:
             if isinstance(message, Crashed) and worker is self._evaluator:
                 self._answered = self._question.number
                 self._tell(Failed(self._answered, f"this design cannot be judged here: {message.message}", True))
+            elif isinstance(message, Crashed):
+                self._tell(Stopped(self._question.number, f"limit loads and least friction: {message.message}"))
             return
         if isinstance(message, Began):
             self._began, self._begun_at = message.number, monotonic()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from blockstat.app.background import Crashed, Limits, Worker
 from blockstat.app.controls import Controls, outside
-from blockstat.app.design import Failed, Judged, Model, Pushed, Scored, Slipped
+from blockstat.app.design import Failed, Judged, Model, Pushed, Scored, Slipped, Stopped
 from blockstat.app.files import send_upload
 from blockstat.app.follow import Follower
 from blockstat.app.layout import Layout
@@ -399,6 +399,9 @@ class Page:
             self.view.learned(self.known, self.player)
         elif isinstance(message, Slipped):
             self.known = replace(self.known, slipped=message)
+        elif isinstance(message, Stopped):
+            self.known = replace(self.known, stopped=True)
+            self.say(message.message)
         self.layout.numbers.content = numbers(self.known)
 
     def _run(self) -> None:

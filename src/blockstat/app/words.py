@@ -28,6 +28,7 @@ TONES = {
 }
 STEPS = (("build", "blocks"), ("interfaces", "contacts"), ("solve", "solve"), ("draw", "colours"))
 NO_BLOCK = '<div style="font-size:.85em;margin:0 8px">Click a block to see its forces.</div>'
+UNKNOWN = "not known"  #: for a reason that is not the design's
 MARGIN = "margin:0 10px"
 SMALL = "font-size:.85em;line-height:1.45"
 
@@ -46,6 +47,8 @@ class Known:
         The limit loads that are known by now, by direction, a key of `PUSHES`.
     slipped : Slipped or None
         The least friction; None while it is being computed.
+    stopped : bool
+        Whether what is not known by now will not be.
     values : dict of str to float
         Values of the parameters that the verdict is about, by dotted path.
     """
@@ -54,7 +57,13 @@ class Known:
     seconds: dict[str, float] = field(default_factory=dict)
     pushed: dict[str, Pushed] = field(default_factory=dict)
     slipped: Slipped | None = None
+    stopped: bool = False
     values: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def pending(self) -> str:
+        """What stands in the place of a number that is not known yet."""
+        return "stopped" if self.stopped else "…"
 
     @property
     def weakest(self) -> Pushed | None:
@@ -136,8 +145,8 @@ def numbers(known: Known) -> str:
     verdict, assembly = known.verdict, known.verdict.assembly
     free = assembly.free
     rows = [
-        ("score", "adhesion / weight", _score(verdict)),
-        *((f"limit load, {push}", _mark(known, push), _limit(known.pushed.get(push))) for push in PUSHES),
+        ("score", "adhesion / weight", _score(known)),
+        *((f"limit load, {push}", _mark(known, push), _limit(known, push)) for push in PUSHES),
         ("reserve in tilt", "from the least", _tilt(known)),
         ("least friction", f"now {assembly.friction:g}", _friction(known)),
         ("volume", "m³", plain(float(assembly.volume[free].sum()), 4)),
@@ -233,9 +242,10 @@ def block_card(verdict: Verdict, block: int, moved: Floats | None = None) -> str
     return f'<div style="margin:0 8px"><div style="{SMALL}">{"<br>".join(lines)}</div>{table}</div>'
 
 
-def _score(verdict: Verdict) -> str:
+def _score(known: Known) -> str:
+    verdict = known.verdict
     if isnan(verdict.score):
-        return "…"
+        return known.pending
     return "∞" if isinf(verdict.score) else f"{verdict.score:.3g}"
 
 
@@ -244,10 +254,13 @@ def _mark(known: Known, push: str) -> str:
     return "× gravity, the least" if weakest is not None and weakest.push == push else "× gravity"
 
 
-def _limit(found: Pushed | None) -> str:
+def _limit(known: Known, push: str) -> str:
+    found = known.pushed.get(push)
     if found is None:
-        return "…"
-    if found.limit is None or found.limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
+        return known.pending
+    if found.limit is None:
+        return UNKNOWN
+    if found.limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
         return "none"
     if found.limit.outcome is LoadOutcome.UNBOUNDED:
         return "unbounded"
@@ -256,14 +269,18 @@ def _limit(found: Pushed | None) -> str:
 
 def _tilt(known: Known) -> str:
     if len(known.pushed) < len(PUSHES):
-        return "…"
+        return known.pending
+    if any(found.limit is None for found in known.pushed.values()):
+        return UNKNOWN
     weakest = known.weakest
     return f"{degrees(atan(weakest.limit.lower)):.3g}°" if weakest is not None and weakest.limit is not None else "none"
 
 
 def _friction(known: Known) -> str:
     if known.slipped is None:
-        return "…"
+        return known.pending
+    if known.slipped.reason:
+        return UNKNOWN
     least = known.slipped.least
     return f"{least:.3f}" if isfinite(least) else "none is enough"
 

@@ -156,7 +156,7 @@ def reliability(
         of the scene.
     load
         An acceleration direction or a wrench on each block, as in `blockstat.limit_load`, which acts "push" times; None
-        for that of the scene, if it names one.
+        for that of the scene, if it names one; its "push" is then random as the scene says, unless `uncertain` does.
     loads
         Permanent loads, shape (n_blocks, 6) [N, N m]. Those of a load case are its `weighted_loads`: its factor on the
         weight is then that of the densities and corners drawn.
@@ -191,7 +191,8 @@ def reliability(
     Raises
     ------
     InputError
-        For a variable that there is not, fewer than one draw, a file of other draws, and blocks that overlap as drawn.
+        For a variable that there is not, fewer than one draw, a file of other draws, an `about` of other variables,
+        blocks that overlap as drawn, and for corners and edges (or joint laws) of joints of several patches.
 
     Notes
     -----
@@ -227,6 +228,11 @@ def reliability(
         raise InputError(f"{given}; one draw and one job are needed, and 0 < confidence < 1")
     check_seed(seed)
     centre = np.zeros(population.size) if about is None else about.point
+    if centre.shape != (population.size,):
+        raise InputError(
+            f"about has a design point of {centre.size} random values and uncertain has {population.size}; "
+            "give the one of the same random variables"
+        )
     trials = Trials(population, load, centre, seed, reuse, flow)
     rows = judge_all(trials, draws, file, jobs, progress)
     words = np.array([row.outcome for row in rows])

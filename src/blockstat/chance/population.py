@@ -122,6 +122,12 @@ class Population:
             raise InputError('uncertain "friction": the interfaces have their own friction')
         if empty := [part.key for part in self.parts if not part.count]:
             raise InputError(f'uncertain "{empty[0]}": the scene has nothing that it is a property of')
+        if "corner" in self.uncertain and ("edge" in self.uncertain or self.assembly.joints) and self.interfaces.parts:
+            first, second = (self.assembly.names[block] for block in self.interfaces.pair[min(self.interfaces.parts)])
+            raise InputError(
+                f'uncertain "corner": blocks "{first}" and "{second}" touch in several patches, which do not follow '
+                'the corners; leave out "corner", or "edge" and joint laws'
+            )
 
     @cached_property
     def parts(self) -> list[Part]:
@@ -225,7 +231,7 @@ class Population:
             Shape (size,).
         """
         gradient = np.zeros(self.size)
-        for part in self.parts:
+        for number, part in enumerate(self.parts):
             kind, variable = part.kind, part.variable
             if kind == "push":
                 by = np.array([-1.0])
@@ -238,10 +244,15 @@ class Population:
                 assert found.corner is not None
                 by = self.corners.gathered(found.corner)
             elif kind == "density":
-                by = found.density
+                later = [other.label >= 0 for other in self.parts[number + 1 :] if other.kind == kind]
+                by = np.where(np.any(later, axis=0), 0.0, found.density)  # the last key that names a block counts
             else:
                 assert self.loads is not None
                 by = -(twist * weighted(self.loads).beside).sum(axis=1)
+                for other in self.parts:
+                    if other.kind == kind and other is not part:
+                        both = other.label >= 0
+                        by[both] *= other.value(normal)[other.label[both]]
             held = part.label >= 0
             own = np.bincount(part.label[held], by[held], part.count)
             standard = part.standard(normal)
@@ -314,10 +325,11 @@ def population_of(
     InputError
         For a variable that there is not, for a random "push" without a load, and for blocks that overlap as drawn.
     """
-    if uncertain is None:
-        uncertain, direction = random_variables(assembly)
-        if load is None and direction is not None:
-            load, uncertain = direction, as_strong_as(uncertain, float(np.linalg.norm(direction)))
+    own, direction = random_variables(assembly)
+    uncertain = dict(own if uncertain is None else uncertain)
+    if load is None and direction is not None:
+        uncertain.setdefault("push", own["push"])
+        load, uncertain = direction, as_strong_as(uncertain, float(np.linalg.norm(direction)))
     if "push" in uncertain and load is None:
         raise InputError('uncertain "push" is a factor on load=, which is not given')
     faces, _ = shared_joints(assembly, gap, interfaces)

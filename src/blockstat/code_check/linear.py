@@ -214,6 +214,8 @@ def linear_check(
             raise InputError(f"{name} is {value!r}; it must be at least 1")
     if macro_blocks < 1:
         raise InputError(f"macro_blocks is {macro_blocks!r}; it must be at least 1")
+    if demand is not None:
+        check_demand("demand", demand)
     ground: Spectrum = Site() if site is None else site
     bodies = moving_bodies(limit)
     if limit.coulomb_least is None:
@@ -502,6 +504,25 @@ def check_level(assembly: Assembly, direction: Sequence[float]) -> None:
     gravity, along = assembly.gravity, check_vector("direction", direction)
     if abs(gravity @ along) > LEVEL * np.linalg.norm(gravity) * np.linalg.norm(along):
         raise InputError(f"direction is {[*map(float, along)]}; the acceleration of the code is horizontal")
+
+
+def check_demand(name: str, demand: float) -> None:
+    """Check that a ground acceleration asked for is a finite number above 0.
+
+    Parameters
+    ----------
+    name : str
+        What users read.
+    demand : float
+        In units of g.
+
+    Raises
+    ------
+    InputError
+        For anything else.
+    """
+    if isinstance(demand, bool) or not isinstance(demand, (int, float, np.number)) or not 0 < demand < np.inf:
+        raise InputError(f"{name} is {demand!r}; it must be above 0")
 
 
 def bearable(demand: Callable[[float], float], acceleration: float) -> float:

@@ -20,10 +20,12 @@ from typing import Any
 import numpy as np
 
 from blockstat.code_check.linear import (
+    LEVEL,
     MACRO_BLOCKS,
     CheckOutcome,
     asked_for,
     bearable,
+    check_demand,
     check_level,
     count,
     is_borne,
@@ -31,7 +33,7 @@ from blockstat.code_check.linear import (
     oscillator,
     work_sums,
 )
-from blockstat.code_check.pushed import G, check_pushed
+from blockstat.code_check.pushed import G, check_pushed, mass_points
 from blockstat.code_check.spectrum import Floor, Site, Spectrum
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome
@@ -43,8 +45,9 @@ STATES = {"SLV": (0.4, 1.68, 8.0), "SLC": (0.6, 1.56, 10.0)}
 #: The control goes back where it does so by more than this part of its largest displacement: more than the error of
 #: a pose.
 BACK = 1e-3
-#: A change of the mechanism that leaves less than this part of the multiplier ends life safety.
-REMAINS = 0.5
+#: A drop that leaves less than this part of the multiplier ends life safety. It is between two points of a curve that
+#: are no further apart than `AT_ONCE`, relative to its largest displacement: a step of a curve as it is by default.
+REMAINS, AT_ONCE = 0.5, 1.0 / 30.0
 
 
 @dataclass(frozen=True)
@@ -237,7 +240,8 @@ def nonlinear_check(
     Raises
     ------
     InputError
-        For a curve that was interrupted or is of another load, a direction that is not horizontal, or a bad value.
+        For a curve that was interrupted, is of another load or drops as soon as the mechanism moves, for a direction
+        that is not horizontal, or a bad value.
 
     References
     ----------
@@ -247,9 +251,9 @@ def nonlinear_check(
     Notes
     -----
     d0 is where the curve is zero, or where it ends before that because no admissible state follows or, on the safe
-    side, where the control begins to go back. A change of the mechanism that leaves less than half of the multiplier
-    bounds d_SLV. The method is calibrated for mechanisms whose
-    points move parallel to one plane.
+    side, where the control begins to go back. A drop of the curve that leaves less than half of the multiplier bounds
+    d_SLV, where the multiplier is then the one after it. The method is calibrated for mechanisms whose points move
+    parallel to one plane.
 
     Examples
     --------
@@ -268,11 +272,15 @@ def nonlinear_check(
     if curve.outcome not in (CapacityOutcome.ZERO, CapacityOutcome.COLLAPSE):
         raise InputError(f"the capacity curve does not tell where the multiplier is zero. {curve.outcome.value}")
     asked = dict(demand or {})
-    for name in asked:
+    for name, value in asked.items():
         check_choice("demand", name, ("SLD", *STATES))
+        check_demand(f"demand of {name}", value)
     check_level(curve.assembly, direction)
     ground = _spectra(site)
     curve, back = _forward(curve)
+    dropped, after = _drop(curve)
+    if not (curve.lower[0] > 0 and curve.displacement[-1] > 0 and dropped > 0):
+        raise InputError("as soon as the mechanism moves the multiplier drops to less than half: there is no capacity")
     bodies = moving_bodies(curve.limit)
     sums = work_sums(curve.assembly, curve.points[0].mechanism, direction, bodies, masses)
     check_pushed(curve.limit, direction, masses, loads)
@@ -286,19 +294,20 @@ def nonlinear_check(
         warnings.append(
             f"F0 and TC* are those of one return period for {', '.join(sorted(asked))}; site= takes one for each"
         )
-    sharp = [event for event in curve.events if event.after is not None and event.after < REMAINS * event.before]
-    least = per_control * min((event.parameter for event in sharp), default=np.inf)
 
-    def borne(there: float) -> float:
+    def borne(there: float, bounded: bool) -> float:
         if shape == "line":
             return float(acceleration[0]) * (1.0 - there / ultimate)
-        return float(curve.at(there / per_control)[0]) * G / (share * confidence)
+        multiplier = after if bounded else float(curve.at(there / per_control)[0])
+        return multiplier * G / (share * confidence)
 
     states = [_damage(float(acceleration[0]), ground["SLD"], floor, asked.get("SLD"))]
     for name, (part, factor, damping) in STATES.items():
-        there = min(part * ultimate, least) if name == "SLV" else part * ultimate
-        period = factor * np.pi * float(np.sqrt(there / borne(there)))
-        states.append(_displaced(name, there, borne(there), period, damping, ground[name], floor, asked.get(name)))
+        bounded = name == "SLV" and per_control * dropped <= part * ultimate
+        there = per_control * dropped if bounded else part * ultimate
+        held = borne(there, bounded)
+        period = factor * np.pi * float(np.sqrt(there / held))
+        states.append(_displaced(name, there, held, period, damping, ground[name], floor, asked.get(name)))
     return NonlinearCheck(
         alpha0=float(curve.lower[0]),
         participation=share,
@@ -310,7 +319,7 @@ def nonlinear_check(
         shape=shape,
         states=tuple(states),
         bodies=tuple(tuple(int(block) for block in body) for body in bodies),
-        rocking=_rocking(curve, bodies),
+        rocking=_rocking(curve, bodies, masses),
         warnings=tuple(warnings),
     )
 
@@ -337,6 +346,19 @@ def _forward(curve: CapacityCurve) -> tuple[CapacityCurve, list[str]]:
     kept = int(np.argmax(there[: back[0]])) + 1
     told = f"the {curve.control} goes back from {there[kept - 1]:.4g} m on, which d0 is taken for (on the safe side)"
     return replace(curve, points=curve.points[:kept]), [f'{told}; a curve with control="mean" may go further']
+
+
+def _drop(curve: CapacityCurve) -> tuple[float, float]:
+    """The displacement of the control at which the multiplier first drops, and the multiplier after it.
+
+    Infinite and nan where it does not drop.
+    """
+    there, lower = curve.displacement, curve.lower
+    drops = (lower[1:] < REMAINS * lower[:-1]) & (np.diff(there) <= AT_ONCE * there.max())
+    if not drops.any():
+        return np.inf, np.nan
+    first = int(np.argmax(drops))
+    return float(there[first]), float(lower[first + 1])
 
 
 def _damage(acceleration: float, site: Spectrum, floor: Floor | None, demand: float | None) -> LimitState:
@@ -374,8 +396,10 @@ def _displaced(
     return LimitState(name, displacement, acceleration, period, damping, borne, demand, satisfied)
 
 
-def _rocking(curve: CapacityCurve, bodies: Sequence[Ints]) -> RockingBlock | None:
-    """Housner's parameters, for one body that turns about a horizontal axis that all its points keep."""
+def _rocking(
+    curve: CapacityCurve, bodies: Sequence[Ints], masses: Sequence[tuple[int | str, Sequence[float], float]]
+) -> RockingBlock | None:
+    """Housner's parameters, for one body with its masses that turns about a horizontal axis."""
     if len(bodies) != 1:
         return None
     assembly, blocks = curve.assembly, bodies[0]
@@ -384,9 +408,12 @@ def _rocking(curve: CapacityCurve, bodies: Sequence[Ints]) -> RockingBlock | Non
     if not spin > 0 or abs(motion[:3] @ motion[3:]) > 1e-6 * spin * np.linalg.norm(motion[:3]):
         return None
     axis = motion[3:] / spin
+    if abs(assembly.gravity @ axis) > LEVEL * np.linalg.norm(assembly.gravity):
+        return None
     pole = assembly.centroid[blocks[0]] + np.cross(axis, motion[:3]) / spin
-    mass = assembly.mass[blocks]
-    arm = assembly.centroid[blocks] - pole
+    points = [(place, weight / G) for block, place, weight in mass_points(assembly, masses) if block in blocks]
+    mass = np.append(assembly.mass[blocks], [own for _, own in points])
+    arm = np.array([*assembly.centroid[blocks], *(place for place, _ in points)]) - pole
     arm = arm - (arm @ axis)[:, None] * axis
     about = float((assembly.inertia[blocks] @ axis @ axis).sum() + mass @ (arm**2).sum(axis=1))
     radius = float(np.linalg.norm(mass @ arm / mass.sum()))

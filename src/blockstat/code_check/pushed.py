@@ -14,7 +14,7 @@ import numpy as np
 from blockstat.analysis.limit_load import LimitLoad
 from blockstat.contact.cells import centres
 from blockstat.errors import InputError
-from blockstat.loads import acceleration
+from blockstat.loads import acceleration, three
 from blockstat.program.ties import tie_wrenches
 from blockstat.typing import Floats, Ints
 
@@ -138,10 +138,10 @@ def mass_points(
     Raises
     ------
     InputError
-        For a weight that is not above 0, or an unknown block.
+        For a weight that is not above 0, a point that is not three numbers, or an unknown block.
     """
     for name, point, weight in masses:
         (block,) = assembly.blocks_named(name, "masses")
         if not (np.isfinite(weight) and weight > 0):
             raise InputError(f"masses: the weight on {name!r} is {weight!r}; it must be above 0")
-        yield int(block), np.asarray(point, dtype=float).reshape(3), weight
+        yield int(block), three(point, "masses: the point"), weight

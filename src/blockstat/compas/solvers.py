@@ -13,7 +13,7 @@ from blockstat.analysis.verdict import Outcome, Verdict, relative_motion
 from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY, Assembly
 from blockstat.compas.objects import Recorded, Source, assembly_of, recorded_joints, source_of
 from blockstat.compas.record import MOTION, record, results_of
-from blockstat.contact.interfaces import GAP, find_interfaces, near_blocks
+from blockstat.contact.interfaces import GAP, find_interfaces
 from blockstat.errors import InputError, InputWarning, check_choice, known_options
 from blockstat.typing import Floats
 
@@ -93,7 +93,7 @@ def solve(
     model = None if problem is None else problem.contact_properties.contact_model
     if friction is None:
         friction = FRICTION if model is None else float(model.mu)
-    assembly = assembly_of(source, density=density or DENSITY, friction=friction, gravity=gravity)
+    assembly = assembly_of(source, density=DENSITY if density is None else density, friction=friction, gravity=gravity)
     loads = None if problem is None else _loads(problem, source, assembly)
     verdict, recorded = _verdict(source, assembly, joints, gap=gap, flow=flow, loads=loads)
     if problem is None:
@@ -118,11 +118,10 @@ def _verdict(
 
 def _unrecorded(assembly: Assembly, recorded: Recorded, gap: float | str) -> str:
     """Name the blocks that touch without a recorded joint; a search of joints drops small ones."""
-    have = {tuple(pair) for pair in recorded.interfaces.pair.tolist()}
-    near = np.array([pair for pair in near_blocks(assembly, gap=gap).tolist() if tuple(pair) not in have], dtype=int)
-    found = find_interfaces(assembly, gap=gap, near=near.reshape(-1, 2))
-    pairs = np.unique(found.pair, axis=0)
-    if not len(pairs):
+    # All joints are searched for: a recorded one may hold open what would touch without it.
+    have = set(map(tuple, recorded.interfaces.pair.tolist()))
+    pairs = sorted(set(map(tuple, find_interfaces(assembly, gap=gap).pair.tolist())) - have)
+    if not pairs:
         return ""
     some = ", ".join(f"{assembly.names[a]} | {assembly.names[b]}" for a, b in pairs[:5])
     more = f" and {len(pairs) - 5} more" if len(pairs) > 5 else ""

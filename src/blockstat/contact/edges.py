@@ -126,7 +126,7 @@ def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances, *, rims: 
 
 def _candidates(assembly: Assembly, patches: Patches, near: Ints, tolerances: Tolerances) -> tuple[Ints, Ints]:
     """Pairs that may have contacts of edges or corners, and those that may touch where there is no unique normal."""
-    near, reach, rounding, beside = _boxes_meet(assembly, near, tolerances)
+    near, reach, rounding, beside = _boxes_meet(assembly, near, tolerances, patches)
     supporting = protrusions(assembly) <= CONVEX * assembly.size[assembly.face_block]
     first_face = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks))
     convex = np.logical_and.reduceat(supporting, first_face)
@@ -152,8 +152,13 @@ def _candidates(assembly: Assembly, patches: Patches, near: Ints, tolerances: To
     return near[~apart & ~no_normal], near[~apart]
 
 
-def _boxes_meet(assembly: Assembly, near: Ints, tolerances: Tolerances) -> tuple[Ints, Floats, Floats, np.ndarray]:
-    """The pairs whose boxes meet, their reach and rounding, and whether the boxes share no more than a line."""
+def _boxes_meet(
+    assembly: Assembly, near: Ints, tolerances: Tolerances, patches: Patches
+) -> tuple[Ints, Floats, Floats, np.ndarray]:
+    """The pairs whose boxes meet, their reach and rounding, and whether the boxes share no more than a line.
+
+    Pairs with a patch stay: the plane of a face that is not quite flat may leave the box of its block.
+    """
     a, b = near.T
     reach = np.minimum(tolerances.allowed[a], tolerances.allowed[b])
     rounding = tolerances.rounding * np.minimum(assembly.size[a], assembly.size[b])
@@ -162,6 +167,7 @@ def _boxes_meet(assembly: Assembly, near: Ints, tolerances: Tolerances) -> tuple
         gap = np.maximum(lower[a] - upper[b], lower[b] - upper[a])
         close &= gap <= reach + rounding
         level += gap >= -rounding
+    close |= np.isin(near @ [assembly.n_blocks, 1], patches.pair @ [assembly.n_blocks, 1])
     return near[close], reach[close], rounding[close], level[close] >= 2
 
 

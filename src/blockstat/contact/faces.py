@@ -37,10 +37,15 @@ def convex_faces(assembly: Assembly) -> np.ndarray:
     following = next_in_face(assembly.face_start)
     edge = corners[following] - corners
     length = np.linalg.norm(edge, axis=1)
-    edge = edge / np.where(length > 0, length, 1.0)[:, None]
-    normal = np.repeat(assembly.planes.normal, np.diff(assembly.face_start), axis=0)
-    turn = np.einsum("ij,ij->i", np.cross(edge, edge[following]), normal)
-    return np.minimum.reduceat(turn, assembly.face_start[:-1]) >= -REFLEX
+    face = np.repeat(np.arange(len(assembly.face_block)), np.diff(assembly.face_start))
+    # Two corners at one place are one: between them is no side, and so no turn at either.
+    sides = np.flatnonzero(length > SEAM * np.maximum.reduceat(length, assembly.face_start[:-1])[face])
+    edge, face = edge[sides] / length[sides, None], face[sides]
+    following = next_in_face(np.unique(np.searchsorted(face, np.arange(len(assembly.face_block) + 1))))
+    turn = np.einsum("ij,ij->i", np.cross(edge, edge[following]), assembly.planes.normal[face])
+    convex = np.ones(len(assembly.face_block), dtype=bool)
+    convex[face[turn < -REFLEX]] = False
+    return convex
 
 
 def frames(normal: Floats) -> Floats:
@@ -91,6 +96,83 @@ def planar(assembly: Assembly, face: Ints, frame: Floats, origin: Floats, width:
     return local @ across
 
 
+def surface_heights(assembly: Assembly, face: Ints, normal: Floats, point: Floats) -> Floats:
+    """Return how high the surfaces of faces lie over points; a warped face is a fan of triangles about its mean corner.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    face : array of int, shape (n,)
+        Numbers of the faces.
+    normal : array of float, shape (n, 3)
+        Unit vectors along which is measured, not in the planes of the faces.
+    point : array of float, shape (n, k, 3)
+        Points for each face; beside its outline the nearest triangle goes on [m].
+
+    Returns
+    -------
+    array of float, shape (n, k)
+        Heights, positive where the surface is further along the normal than the point [m].
+    """
+    first, last = assembly.face_start[face], assembly.face_start[face + 1] - 1
+    width = int((last - first).max(initial=0)) + 1
+    index = np.minimum(first[:, None] + np.arange(width), last[:, None])
+    centre, along = assembly.planes.centre[face][:, None], normal[:, None]
+    one = assembly.vertices[assembly.face_vertices[index]] - centre
+    two = np.roll(one, -1, axis=1)
+    offset = point - centre
+    # Seen along the normal, a point is s times one end of a side and t times the other, from the mean corner.
+    twice = np.einsum("nwj,nj->nw", np.cross(one, two), normal)
+    solid = np.abs(twice) > SEAM * assembly.planes.area[face][:, None]
+    twice = np.where(solid, twice, 1.0)[..., None]
+    s = np.einsum("nwj,nkj->nwk", np.cross(two, along), offset) / twice
+    t = np.einsum("nwj,nkj->nwk", np.cross(along, one), offset) / twice
+    height = s * (one @ normal[..., None]) + t * (two @ normal[..., None])
+    # A concave face may go over a point more than once: then that triangle counts whose side is nearest to it.
+    inside = np.minimum(s, t)
+    fit = np.where(inside >= -SEAM, 1 / (1 + np.abs(1 - s - t)), inside)
+    best = np.where(solid[..., None], fit, -np.inf).argmax(axis=1)
+    surface: Floats = np.take_along_axis(height, best[:, None], axis=1)[:, 0]
+    return surface - np.einsum("nkj,nj->nk", offset, normal)
+
+
+def gaps_of_surfaces(
+    assembly: Assembly, fa: Ints, fb: Ints, frame: Floats, origin: Floats, polygon: Floats, count: Ints
+) -> Floats:
+    """Return the gaps between warped faces on their patches; two blocks that share such a face agree on its surface.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    fa, fb : array of int, shape (n,)
+        The two faces of each patch.
+    frame : array of float, shape (n, 3, 3)
+        Rows n, t1, t2 of the plane of each patch.
+    origin : array of float, shape (n, 3)
+        A point of each plane [m].
+    polygon : array of float, shape (n, k, 2)
+        Corners of the patches along t1 and t2 [m].
+    count : array of int, shape (n,)
+        How many of the corners count, at least one.
+
+    Returns
+    -------
+    array of float, shape (n,)
+        Largest distance along n at the corners of a patch and in the middle of its sides [m].
+    """
+    column = np.arange(polygon.shape[1])
+    following = np.where(column + 1 < count[:, None], column + 1, 0)
+    live = np.where(column < count[:, None], column, 0)
+    corner = np.take_along_axis(polygon, live[..., None], axis=1)
+    middle = (corner + np.take_along_axis(polygon, following[..., None], axis=1)) / 2
+    point = origin[:, None] + np.concatenate([corner, middle], axis=1) @ frame[:, 1:]
+    height = [surface_heights(assembly, face, frame[:, 0], point) for face in (fa, fb)]
+    gap: Floats = np.abs(height[1] - height[0]).max(axis=1, initial=0.0)
+    return gap
+
+
 def concave_patches(
     assembly: Assembly, fa: Ints, fb: Ints, frame: Floats, origin: Floats, rows: Ints
 ) -> tuple[Ints, Floats, Ints, dict[int, list[Floats]]]:
@@ -134,7 +216,7 @@ def concave_patches(
             hull = part.convex_hull
             if hull.geom_type == "Polygon" and hull.area > 0:
                 if hull.area > (1 + FILLED) * part.area:
-                    pieces[len(found)] = _convex_pieces(part)
+                    pieces[len(found)] = convex_pieces(part)
                 found.append(row)
                 polygons.append(_ring(hull))
     width = max((len(p) for p in polygons), default=3)
@@ -147,8 +229,19 @@ def concave_patches(
     )
 
 
-def _convex_pieces(polygon: Any) -> list[Floats]:
-    """Convex polygons that a polygon with holes is made of."""
+def convex_pieces(polygon: Any) -> list[Floats]:
+    """Return convex polygons that a polygon with holes is made of.
+
+    Parameters
+    ----------
+    polygon : shapely.Polygon
+        In a plane [m].
+
+    Returns
+    -------
+    list of array, shape (k, 2)
+        Corners of each, counter-clockwise [m].
+    """
     import mapbox_earcut
 
     rings = [np.array(ring.coords)[:-1] for ring in (polygon.exterior, *polygon.interiors)]

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.contact.faces import frames, planar
+from blockstat.contact.faces import frames, planar, surface_heights
+from blockstat.contact.tolerance import FLATNESS
 from blockstat.geometry.polyhedron import members
 from blockstat.geometry.topology import Topology
 from blockstat.typing import Floats, Ints
@@ -288,20 +289,14 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     which, begin, finish, state, other, inset = (np.concatenate(column) for column in zip(*parts, strict=True))
     share = np.stack([begin, finish], axis=1)
     heights = height[which, :1] + share * (height[which, 1:] - height[which, :1])
+    points = ends[which, :1] + share[..., None] * (ends[which, 1:] - ends[which, :1]) + centre[face[which]][:, None]
     gap = np.abs(heights).max(axis=1, initial=0.0)
     on_rim = state == RIM
     good = _touches(search, row[which], gap, inset, on_rim) & (on_rim | (lean[which] >= -LEAN))
-    which, share, heights, gap, on_rim, other = (
-        which[good],
-        share[good],
-        heights[good],
-        gap[good],
-        on_rim[good],
-        other[good],
-    )
-    points = ends[which, :1] + share[..., None] * (ends[which, 1:] - ends[which, :1])
+    good &= _at_surface(search, row[which], face[which], points)
+    which, points, heights, gap, on_rim, other = (x[good] for x in (which, points, heights, gap, on_rim, other))
     out = normal[face[which]]
-    points = points + centre[face[which]][:, None] - heights[..., None] / 2 * out[:, None]
+    points = points - heights[..., None] / 2 * out[:, None]
     sign = 1.0 if side == 0 else -1.0
     return Features(row[which], sign * out, points, gap, on_rim, edge[which], other)
 
@@ -337,12 +332,23 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
         other[own] = np.where(at_corner, ~meets, side_below)
     good = (state == RIM) | ((state == INSIDE) & (lean >= -LEAN))
     good &= _touches(search, row, np.abs(height), inset, state == RIM)
+    good &= _at_surface(search, row, face, (offset + centre[face])[:, None])
     row, face, corner, height, other = row[good], face[good], corner[good], height[good], other[good]
     out = normal[face]
     place = assembly.vertices[topo.corner[corner]] - height[:, None] / 2 * out
     sign = 1.0 if side == 0 else -1.0
     ends = np.stack([place, place], axis=1)
     return Features(row, sign * out, ends, np.abs(height), state[good] == RIM, ~corner, other)
+
+
+def _at_surface(search: Search, row: Ints, face: Ints, points: Floats) -> np.ndarray:
+    """Whether points near the planes of faces are near their surfaces too, which leave the planes of warped ones."""
+    near = np.ones(len(row), dtype=bool)
+    if len(warped := np.flatnonzero(search.assembly.planes.warp[face] > FLATNESS * search.reach[row])):
+        normal = search.assembly.planes.normal[face[warped]]
+        height = surface_heights(search.assembly, face[warped], normal, points[warped])
+        near[warped] = np.abs(height).max(axis=1) <= search.reach[row[warped]]
+    return near
 
 
 def _outlines(search: Search, face: Ints, frame: Floats) -> list[tuple[Ints, Floats, np.ndarray]]:

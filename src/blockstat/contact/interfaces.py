@@ -1,9 +1,10 @@
 """Find the interfaces of an assembly: planar patches where two blocks face each other.
 
 Two faces touch when their normals are opposed and the gap between their planes, measured at every corner of
-the common patch, is within the tolerance. Lengths are judged by the size of the smaller block, so the answer
-does not depend on units. Faces in one plane (split or concave faces) make one interface a pair of blocks:
-only the corners of its convex hull are kept, which is exact for equilibrium.
+the common patch, is within the tolerance. The gap of a warped face is measured from its surface, a fan of triangles
+about its mean corner. Lengths are judged by the size of the smaller block, so the answer does not depend on units.
+Faces in one plane (split or concave faces) make one interface a pair of blocks: only the corners of its convex hull
+are kept, which is exact for equilibrium.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 from blockstat.contact.between import held_apart
 from blockstat.contact.coplanar import Parts, Patches, corner_shares, merge_coplanar, parts_of, shares_of_parts
 from blockstat.contact.edges import Tolerances, edge_contacts
-from blockstat.contact.faces import concave_patches, convex_faces, frames, planar
+from blockstat.contact.faces import concave_patches, convex_faces, frames, gaps_of_surfaces, planar
 from blockstat.contact.features import ContactKind
 from blockstat.contact.tolerance import FLATNESS, GAP, allowed_gap, stated_length
 from blockstat.errors import known_options
@@ -219,8 +220,9 @@ def find_interfaces(assembly: Assembly, *, gap: float | str = GAP, near: Ints | 
     allowed = allowed_gap(assembly, gap)
     assembly = as_searched(assembly, gap)
     rows = _opposed_faces(assembly, near, allowed)
-    rough = assembly.planes.warp * (stated_length(gap) is not None)
-    patches = _clip_faces(assembly, rows, rough)
+    warp, blurred = assembly.planes.warp, stated_length(gap) is not None
+    bent = warp > (FLATNESS * allowed if blurred else WIDTH * assembly.size)[assembly.face_block]
+    patches = _clip_faces(assembly, rows, np.where(blurred & ~bent, warp, 0.0), bent)
     return replace(_collect(assembly, patches, allowed, near), searched=gap)
 
 
@@ -317,7 +319,7 @@ def _faces_near(assembly: Assembly, blocks: Ints, lower: Floats, upper: Floats, 
     return row[near], face[near]
 
 
-def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats) -> list[_Pieces]:
+def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats, bent: np.ndarray) -> list[_Pieces]:
     """Common patches of face pairs, in batches of like corner counts; concave faces go piece by piece."""
     fa, fb = rows
     if not len(fa):
@@ -343,6 +345,10 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats) -> l
     found = []
     for batch, polygon, count, filling in patches:
         gap, middle = _gaps(assembly, fa[batch], fb[batch], frame[batch], origin[batch], polygon, count)
+        warped = np.flatnonzero((bent[fa[batch]] | bent[fb[batch]]) & (count > 0))
+        own = batch[warped]
+        sides = fa[own], fb[own], frame[own], origin[own]
+        gap[warped] = gaps_of_surfaces(assembly, *sides, polygon[warped], count[warped])
         found.append(
             _Pieces(
                 pair=np.column_stack([assembly.face_block[fa[batch]], assembly.face_block[fb[batch]]]),

@@ -2,7 +2,8 @@
 
 Linear programs (scipy's HiGHS) with tangents as cutting planes (Kelley 1960), in a box that grows and shrinks with
 success, move the continuous parameters of each combination of the others. A design is offered when its limit load
-is certified and the dynamic verifier agrees; where it does not, more reserve is asked for, and the search goes on.
+is certified and statics and the dynamic verifier agree; where one does not, more reserve is asked for, and the search
+goes on.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class Descent:
             When the search was cancelled.
         """
         evaluator, low, high = self.evaluator, *self._bounds()
-        place = dict(zip(self.moved, np.clip(low + x * (high - low), low, high).round(12).tolist(), strict=True))
+        place = dict(zip(self.moved, np.clip((low + x * (high - low)).round(12), low, high).tolist(), strict=True))
         values = {name: place.get(name, self.counted.get(name, 0.0)) for name in evaluator.space.names}
         key = tuple(values.values())
         before = evaluator.rows.get(key, evaluator.known.get(key))
@@ -270,7 +271,7 @@ def lightest(evaluator: Evaluator, margin: Margin, *, snap: bool = False) -> Val
         push(number, 0, margin.least, descent)
     while queue:
         _, number, tries, least, found, descent = heapq.heappop(queue)
-        if evaluator.ask(found.parameters).stands:
+        if evaluator.offer(found.parameters).stands:
             return found.parameters
         if tries < TRIES:
             push(number, tries + 1, max(least, found.reserve or 0.0) + MORE * 2**tries, descent)
@@ -284,7 +285,7 @@ def _met(evaluator: Evaluator, least: float, *, snap: bool) -> Values | None:
     for found in sorted(evaluator.rows.values(), key=lambda c: c.volume or 0.0):
         on_steps = all(value in ranges[name].steps() for name, value in found.parameters.items())
         if _enough(found, least) and (on_steps or not snap) and (found.volume or 0.0) >= HEAVIER * fallen:
-            if evaluator.ask(found.parameters).stands:
+            if evaluator.offer(found.parameters).stands:
                 return found.parameters
             fallen = found.volume or 0.0
     return None
@@ -318,7 +319,7 @@ def front(evaluator: Evaluator, margin: Margin, points: int) -> tuple[Candidate,
     for least in np.linspace(margin.least, max(most - AIM, margin.least), points):
         lowest = [c for c in (d.down(float(least)) for d in paths) if c is not None]
         for candidate in sorted(lowest, key=lambda c: c.volume or 0.0):
-            if (asked := evaluator.ask(candidate.parameters)).stands:
+            if (asked := evaluator.offer(candidate.parameters)).stands:
                 found.append(asked)
                 break
     return undominated(found)

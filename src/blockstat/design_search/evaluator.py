@@ -63,6 +63,7 @@ class Evaluator:
     _foreseen: dict[Key, Candidate] = field(default_factory=dict)  #: judged by statics before they are asked for
     _evaluated: dict[Key, tuple[Assembly, Verdict]] = field(default_factory=dict)  #: until dynamics have been asked
     _begun: set[Key] = field(default_factory=set)
+    _ruled: dict[Key, Candidate] = field(default_factory=dict)  #: what `static` says of designs that were measured
     _volumes: FreeVolumes = field(default_factory=FreeVolumes)
     _restored: bool = False
 
@@ -154,6 +155,39 @@ class Evaluator:
         self._evaluated.pop(key, None)
         return self.enter(key, candidate, new=candidate is not before)
 
+    def offer(self, values: Mapping[str, float]) -> Candidate:
+        """Return the candidate with some values as `ask` does, after `static` has judged it, too.
+
+        A design that was only measured has its static verdict from its reserve.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Parameter values of the design, in the order of the space.
+
+        Returns
+        -------
+        Candidate
+            It may be offered if it stands.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            When the search was cancelled before a simulation.
+        """
+        key = tuple(values.values())
+        row = self.rows.get(key, self.known.get(key))
+        if row is not None and row.reserve is not None:
+            if key not in self._ruled:
+                self._ruled[key] = self._judged(key, dict(values))
+            ruled = self._ruled[key]
+            if ruled.static != row.static:
+                simulated = row.dynamic not in (UNASKED, PRUNED, BY_STATICS)
+                dynamic = row.dynamic if simulated and not ruled.excluded else ruled.dynamic
+                said = {"static": ruled.static, "score": ruled.score, "evidence": ruled.evidence}
+                self.enter(key, replace(row, **said, dynamic=dynamic, note=ruled.note or row.note), new=True)
+        return self.ask(values)
+
     def first_that_stands(self, line: Sequence[Values]) -> Values | None:
         """Return the first of some designs that stands.
 
@@ -237,6 +271,9 @@ class Evaluator:
     def _static(self, key: Key, values: dict[str, float]) -> Candidate:
         self.restore()
         self.check_cancelled()
+        return self._judged(key, values)
+
+    def _judged(self, key: Key, values: dict[str, float]) -> Candidate:
         begin = process_time()
         try:
             assembly = self.make(values)
@@ -284,7 +321,7 @@ class Evaluator:
         if self.callbacks.memory is None:
             return
         for candidate in self.known.values():
-            if candidate.evidence == SOLVED:
+            if candidate.evidence == SOLVED and candidate.reserve is None:  # measuring leaves no evidence
                 self.callbacks.static(self.make(candidate.parameters))
 
     def check_cancelled(self) -> None:

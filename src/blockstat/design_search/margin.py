@@ -217,10 +217,10 @@ def measure(make: Make, values: Mapping[str, float], moved: Sequence[str], margi
 def _multiplier(case: Assembly, margin: Margin) -> float:
     """What a case carries; a negative score where it does not stand, and where that is left open."""
     joints = margin.joints(case)
-    found = limit_load(case, margin.direction, interfaces=joints)
+    found = limit_load(case, margin.direction, interfaces=joints, gap=joints.searched)
     if found.outcome is not LoadOutcome.DEAD_LOAD_UNSTABLE and found.lower > -math.inf:
         return found.lower
-    return -assess(case, interfaces=joints).score
+    return -assess(case, interfaces=joints, gap=joints.searched).score
 
 
 def _reserve(made: Make, point: Mapping[str, float], margin: Margin) -> tuple[float, Floats, str]:
@@ -228,7 +228,8 @@ def _reserve(made: Make, point: Mapping[str, float], margin: Margin) -> tuple[fl
         return acceleration(assembly, margin.direction)
 
     def limit_of(assembly: Assembly) -> LimitLoad:
-        return limit_load(assembly, load(assembly), interfaces=margin.joints(assembly), optimum=True)
+        joints = margin.joints(assembly)
+        return limit_load(assembly, load(assembly), interfaces=joints, gap=joints.searched, optimum=True)
 
     try:
         limit, gradient = limit_load_gradient(made, point, load, joints=margin.joints)
@@ -246,7 +247,8 @@ def _reserve(made: Make, point: Mapping[str, float], margin: Margin) -> tuple[fl
     except InputError:
         pass
     case = made(point)
-    verdict = assess(case, interfaces=margin.joints(case))
+    joints = margin.joints(case)
+    verdict = assess(case, interfaces=joints, gap=joints.searched)
     if not math.isfinite(verdict.score):
         return -TOP, np.zeros(len(point)), verdict.outcome.word
     return -verdict.score, _slopes(lambda v: _multiplier(made(v), margin), point, WIDE), verdict.outcome.word

@@ -85,8 +85,9 @@ def search(
         with an option `interfaces`, such as `dynsim.verify`, is handed those that statics found. None: statics alone
         decide.
     static : callable, optional
-        Evaluates an assembly by forces; a design that it calls unstable is pruned. With `imperfections` it is called
-        with that option too.
+        Evaluates an assembly by forces; a design that it calls unstable is pruned. "gradient", "pareto" and "robust",
+        which measure the reserve, ask it of each design before they offer it. With `imperfections` it is called with
+        that option too.
     strategy : {"pruned", "paper", "gradient", "pareto", "robust"}, optional
         See the module.
     over : {"line", "grid"}, optional
@@ -183,7 +184,7 @@ def search(
             evaluator.expected = expected(evaluator, over)
             best = WALKS[strategy, over](evaluator)
     except KeyboardInterrupt:
-        finished, best = False, _lightest_so_far(evaluator)
+        finished, best = False, _lightest_so_far(evaluator, margin.least)
     return replace(_result(evaluator, best, found, finished), assured=assured)
 
 
@@ -253,6 +254,10 @@ def _as_it_is(assembly: Assembly) -> Assembly:
     return assembly
 
 
-def _lightest_so_far(evaluator: Evaluator) -> Values | None:
-    standing = [c for c in evaluator.rows.values() if c.stands]
-    return min(standing, key=lambda c: c.volume or 0.0).parameters if standing else None
+def _lightest_so_far(evaluator: Evaluator, least: float) -> Values | None:
+    """The lightest design that stands and has the reserve, unless `static` rules it out: no other is judged then."""
+    standing = [c for c in evaluator.rows.values() if c.stands and (c.reserve is None or c.reserve >= least)]
+    if not standing:
+        return None
+    best = min(standing, key=lambda c: c.volume or 0.0).parameters
+    return best if evaluator.offer(best).stands else None

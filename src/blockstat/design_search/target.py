@@ -1,7 +1,7 @@
 """The lightest design with a probability of failure below a target.
 
 Sequential optimisation and reliability assessment: the design is first made as light as it can be with the random
-variables at their means. Then the worst of the values as probable as the target is looked for (the point of least
+variables at their medians. Then the worst of the values as probable as the target is looked for (the point of least
 limit state on the sphere of radius beta), and the design is made as light as it can be with these. Repeated until the
 design carries its own worst point, and until the draws about its design point have an interval below the target: where
 the upper end of that is above it, the next sphere is as much larger.
@@ -51,7 +51,8 @@ class FailureTarget:
     uncertain : mapping of str to Random, optional
         As in `blockstat.reliability`, with one value for all blocks or joints; by default those of the scene.
     direction : tuple of float, shape (3,), optional
-        Of the push, "push" times gravity, or once; by default that of the scene.
+        Of the push, "push" times gravity, or once; by default that of the scene, whose "push" is then random as the
+        scene says, unless `uncertain` does.
     draws : int, optional
         About the design point, that check the answer: their interval must lie below the probability. More draws have
         a narrower one, and the design is then as much lighter.
@@ -94,11 +95,12 @@ class FailureTarget:
         InputError
             Where there are none, where nothing pushes, and for values that not all designs have.
         """
-        uncertain, direction = random_variables(assembly)
-        if self.uncertain is not None:
-            uncertain, direction = dict(self.uncertain), None
+        own, direction = random_variables(assembly)
+        uncertain = dict(own if self.uncertain is None else self.uncertain)
         if self.direction is not None:
             direction = list(self.direction)
+        elif direction is not None:
+            uncertain.setdefault("push", own["push"])
         if direction is None:
             raise InputError("target: nothing pushes; give a direction, or write uncertain.push.direction in the scene")
         for key, variable in uncertain.items():
@@ -211,8 +213,7 @@ def lightest_assured(evaluator: Evaluator, target: FailureTarget) -> tuple[Value
                 continue
         about = first if settled else replace(first, point=place)
         found = reliability(assembly, uncertain, load=direction, draws=target.draws, about=about, **joints)
-        if found.interval[1] <= target.probability:
-            evaluator.ask(best)
+        if found.interval[1] <= target.probability and evaluator.ask(best).stands:
             return best, Assured(first, found)
         beta += float(np.clip(target.beta + ndtri(found.interval[1]), LEAST, MOST))
     return None, None

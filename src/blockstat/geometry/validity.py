@@ -36,7 +36,7 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
     InputWarning
         For a block that is several solids.
     """
-    merged = _merged_vertices(blocks)
+    merged = merged_vertices(blocks)
     _check_surface(blocks, names, merged)
     _warn_of_several_solids(blocks, names, merged)
     lower, upper = blocks.bounds
@@ -114,8 +114,19 @@ def _warn_of_several_solids(blocks: Polyhedra, names: Sequence[str], merged: np.
         warnings.warn(InputWarning(text), stacklevel=4)
 
 
-def _merged_vertices(blocks: Polyhedra) -> np.ndarray:
-    """For each vertex the index of the first vertex of its block with the same coordinates."""
+def merged_vertices(blocks: Polyhedra) -> np.ndarray:
+    """Return for each vertex the first vertex of its block with the same coordinates.
+
+    Parameters
+    ----------
+    blocks : Polyhedra
+        The blocks.
+
+    Returns
+    -------
+    array of int, shape (n_vertices,)
+        Numbers of vertices.
+    """
     block = np.repeat(np.arange(blocks.n_blocks), np.diff(blocks.vertex_start))
     keys = np.column_stack([block, blocks.vertices + 0.0])
     order = np.lexsort(keys.T[::-1])

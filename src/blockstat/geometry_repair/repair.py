@@ -19,7 +19,7 @@ from blockstat.contact.interfaces import GAP, find_interfaces
 from blockstat.contact.penetration import overlaps, tell
 from blockstat.contact.tolerance import LOOSE
 from blockstat.errors import InputError, NoSupportError, known_options
-from blockstat.geometry.validity import check_geometry
+from blockstat.geometry.validity import check_geometry, merged_vertices
 from blockstat.geometry_repair.common_planes import common_planes, meet
 from blockstat.geometry_repair.shared_corners import settled_faces, shared_corners
 from blockstat.geometry_repair.surface import RepairedSurface, repair_surface
@@ -43,7 +43,7 @@ class Change:
     name: str
     merged: int = 0  #: vertices that others stand for now
     spread: float = 0.0  #: the furthest that merging moved a vertex [m]
-    dropped: int = 0  #: faces left out: with fewer than three corners, or there already
+    dropped: int = 0  #: faces left out: with fewer than three corners, there already, or walls inside the solid
     turned: int = 0  #: faces listed the other way round now
     warp: float = 0.0  #: the furthest that a corner was off its face, for faces that are flat now [m]
     joined: int = 0  #: faces that lie in one plane with those of other blocks now
@@ -308,6 +308,7 @@ def close_joints(assembly: Assembly, gap: float = GAP, warp: float = WARP) -> tu
     """
     block, size, before = assembly.face_block, assembly.size, assembly.planes.warp
     corner = shared_corners(assembly, gap) if gap > 0 else np.arange(len(assembly.vertices))
+    corner = np.unique(corner[merged_vertices(assembly)], return_inverse=True)[1]
     flat = before <= warp * size[block]
     label = common_planes(assembly, gap, np.flatnonzero(flat & ~settled_faces(assembly, corner)))
     moved = meet(assembly, label, corner)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,14 +23,15 @@ class RepairedSurface:
     faces: Faces
     merged: int  #: vertices that others stand for now
     spread: float  #: the furthest that merging moved a vertex [m]
-    dropped: int  #: faces left out: with fewer than three corners, or there already
+    dropped: int  #: faces left out: with fewer than three corners, there already, or walls inside the solid
     turned: int  #: faces listed the other way round now
 
 
 def repair_surface(vertices: Floats, faces: Sequence[Sequence[int]], distance: float) -> RepairedSurface:
     """Repair the surface of one block.
 
-    Vertices that are close become one, faces that come to nothing are dropped, and the others are turned outwards.
+    Vertices that are close become one, faces that come to nothing and walls inside the solid are dropped, and the
+    others are turned outwards. The two ends of the slit between a face and its hole stay two vertices.
 
     Parameters
     ----------
@@ -47,27 +48,56 @@ def repair_surface(vertices: Floats, faces: Sequence[Sequence[int]], distance: f
         The surface, and what was changed.
     """
     points, index = merge_vertices(vertices, distance)
-    kept: Faces = []
-    seen: set[frozenset[int]] = set()
-    for face in faces:
-        corners = [int(index[c]) for c in face]
-        corners = [c for c, before in zip(corners, corners[-1:] + corners[:-1], strict=True) if c != before]
-        if len(corners) >= 3 and frozenset(corners) not in seen:
-            seen.add(frozenset(corners))
-            kept.append(corners)
+    spread = float(np.linalg.norm(vertices - points[index], axis=1).max(initial=0.0))
+    kept = _needed([[int(index[c]) for c in face] for face in faces])
     turn = to_turn(points, kept)
     outward = [face[::-1] if turned else face for face, turned in zip(kept, turn, strict=True)]
+    points, outward = _without_repeats(points, outward)
     used = np.unique(np.concatenate([np.asarray(f) for f in outward])) if outward else np.empty(0, int)
     number = {int(corner): i for i, corner in enumerate(used)}
-    spread = float(np.linalg.norm(vertices - points[index], axis=1).max(initial=0.0))
     return RepairedSurface(
         points[used],
         [[number[c] for c in face] for face in outward],
-        len(vertices) - len(points),
+        max(len(vertices) - len(points), 0),
         spread,
         len(faces) - len(kept),
         sum(turn),
     )
+
+
+def _needed(faces: Faces) -> Faces:
+    """Faces of three or more corners, each once. Of a wall inside a solid, which is listed from both sides, none."""
+    faces = [[c for c, before in zip(face, face[-1:] + face[:-1], strict=True) if c != before] for face in faces]
+    faces = [face for face in faces if len(face) >= 3]
+    copies = Counter(map(frozenset, faces))
+    around: dict[frozenset[int], set[frozenset[int]]] = defaultdict(set)
+    for face in faces:
+        for edge in zip(face, face[1:] + face[:1], strict=True):
+            around[frozenset(edge)].add(frozenset(face))
+    first = {frozenset(face): face for face in reversed(faces)}
+    kept = []
+    for face in faces:
+        # Without a wall, two other faces meet at each of its edges; without a face that is listed twice, only one is.
+        edges = map(frozenset, zip(face, face[1:] + face[:1], strict=True))
+        wall = copies[frozenset(face)] > 1 and all(len(around[edge]) > 2 for edge in edges)
+        if first[frozenset(face)] is face and not wall:
+            kept.append(face)
+    return kept
+
+
+def _without_repeats(points: Floats, faces: Faces) -> tuple[Floats, Faces]:
+    """Points and faces where one that comes back to a corner, along the slit to its hole, has another vertex there."""
+    more: list[Floats] = []
+    found = []
+    for face in faces:
+        own: list[int] = []
+        for corner in face:
+            if corner in own:
+                more.append(points[corner])
+                corner = len(points) + len(more) - 1
+            own.append(corner)
+        found.append(own)
+    return (np.concatenate([points, more]) if more else points), found
 
 
 def merge_vertices(vertices: Floats, distance: float) -> tuple[Floats, np.ndarray]:

@@ -146,7 +146,7 @@ def write(
     Warns
     -----
     InputWarning
-        Where an .stl or .ply loses names or supports.
+        Where an .stl or .ply loses names or supports, or is so far from the origin that its seven digits move corners.
 
     Examples
     --------
@@ -177,13 +177,26 @@ def write(
         from blockstat.io.folder import write_folder
 
         write_folder(assembly, path, f".{format or formats[0]}")
+        _warn_of_rounding(assembly, path, frame[0])
         return path
     with written_whole(path) as place:
         blaming(path, lambda: _write_file(assembly, place, format, values or {}, frame))
     if suffix in (".stl", ".ply") and (lost := _lost(assembly)):
         text = f"{path}: {suffix} does not keep {' and '.join(lost)}; .obj, .glb and .json do"
         warnings.warn(InputWarning(text), stacklevel=3)
+    if suffix in (".stl", ".ply"):
+        _warn_of_rounding(assembly, path, frame[0])
     return path
+
+
+def _warn_of_rounding(assembly: Assembly, path: Path, unit: str) -> None:
+    """Warn where the seven digits of .stl and .ply move the corners of blocks that are far from the origin."""
+    from blockstat.io.parts import moved_far_away
+
+    if moved := moved_far_away(assembly.vertices):
+        text = f"{path}: .stl and .ply hold seven digits, so corners moved by up to {moved:.2g} {unit}; "
+        text += "move the blocks to the origin, or write .obj, .glb or .json"
+        warnings.warn(InputWarning(text), stacklevel=4)
 
 
 def _lost(assembly: Assembly) -> list[str]:

@@ -23,7 +23,7 @@ from blockstat.errors import HUGE, InputError, gathered, some
 from blockstat.geometry.triangulation import triangulate
 from blockstat.io.names import distinct_names
 from blockstat.io.obj import closed_runs, read_obj, split_solids, write_obj
-from blockstat.io.parts import Parts, chosen_supports
+from blockstat.io.parts import Parts, chosen_supports, moved_far_away, rounding_of
 from blockstat.system.reading import MOST_BYTES, check_file
 from blockstat.typing import Floats, Ints
 
@@ -134,10 +134,14 @@ def _of_node(scene: trimesh.Scene, node: str, suffix: str, given: set[str]) -> l
     name = str(own.get("name") or ("" if made_up else node) or extras.get("name") or geometry).removesuffix(suffix)
     _check_vertices(mesh, f'object "{name}"')
     parts = [mesh] if glb else _closed_runs(mesh)
+    # The corners of a GLB are rounded before they are moved to where the object stands.
+    raw, scale = np.asarray(scene.geometry[geometry].vertices), float(np.linalg.norm(transform[:3, :3], 2))
+    rounding = [scale * rounding_of(raw)] if glb else [rounding_of(np.asarray(part.vertices)) for part in parts]
     for part in parts:
         part.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(part))
     labels = [f"{name}.{number}" for number in range(len(parts))] if len(parts) > 1 else [name]
-    return [_Solid(label, *_polygons(part), extras=extras) for label, part in zip(labels, parts, strict=True)]
+    surfaces = map(_polygons, parts, rounding)
+    return [_Solid(label, *surface, extras=extras) for label, surface in zip(labels, surfaces, strict=True)]
 
 
 def loaded(path: Path, load: Callable[..., Any]) -> Any:
@@ -324,14 +328,14 @@ def read_whole(path: Path) -> tuple[np.ndarray, list[list[int]]]:
         raise InputError("is no surface of faces")
     _check_vertices(mesh, "")
     mesh.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(mesh))
-    return _polygons(mesh)
+    return _polygons(mesh, rounding_of(np.asarray(mesh.vertices)))
 
 
-def _polygons(mesh: trimesh.Trimesh) -> tuple[np.ndarray, list[list[int]]]:
-    """Vertices and faces with coplanar triangles joined where their outline is one loop."""
+def _polygons(mesh: trimesh.Trimesh, rounding: float) -> tuple[np.ndarray, list[list[int]]]:
+    """Vertices and faces with triangles that are coplanar but for rounding joined where their outline is one loop."""
     faces: list[list[int]] = []
     joined = np.zeros(len(mesh.faces), dtype=bool)
-    for facet in _flat(mesh):
+    for facet in _flat(mesh, rounding):
         triangles = mesh.faces[facet]
         edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         edges, times = np.unique(edges, axis=0, return_counts=True)
@@ -343,14 +347,13 @@ def _polygons(mesh: trimesh.Trimesh) -> tuple[np.ndarray, list[list[int]]]:
     return np.asarray(mesh.vertices), faces
 
 
-def _flat(mesh: trimesh.Trimesh) -> list[Ints]:
-    """Numbers of the triangles that lie in one plane but for rounding, for each such plane.
+def _flat(mesh: trimesh.Trimesh, rounding: float) -> list[Ints]:
+    """Numbers of the triangles that lie in one plane but for rounding [m], for each such plane.
 
     The facets of trimesh go from neighbour to neighbour by the angle between the two, and so they follow a fine curve.
     Where one does, it is cut into pieces, each in the plane of its largest triangle.
     """
-    reach, single = float(np.abs(mesh.vertices).max()), float(np.finfo(np.float32).eps)
-    rounding = max(MERGE * float(mesh.extents.max()), 2 * single * reach)
+    rounding = max(MERGE * float(mesh.extents.max()), rounding)
     corners = np.asarray(mesh.vertices)[mesh.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     beside: dict[int, list[int]] = defaultdict(list)
@@ -421,6 +424,10 @@ def write_mesh(
     ------
     InputError
         For values in STL or PLY, values that are not one a block, or a key that is taken.
+
+    Notes
+    -----
+    These formats but OBJ hold seven digits. Far from the origin, the objects of a GLB are moved to where they stand.
     """
     import trimesh
 
@@ -436,12 +443,17 @@ def write_mesh(
     if suffix in (".stl", ".ply"):
         trimesh.util.concatenate(meshes).export(path)
         return
+    place = np.eye(4)
+    if moved_far_away(assembly.vertices):
+        place[:3, 3] = assembly.vertices.mean(axis=0)
+        for mesh in meshes:
+            mesh.vertices = mesh.vertices - place[:3, 3]
     scene = trimesh.Scene()
     scene.metadata.update(shared)
     for name, mesh, own in zip(assembly.names, meshes, extras, strict=True):
         # A node may not be named like the root of the scene.
         node = f"{name}_" if name == scene.graph.base_frame else name
-        scene.add_geometry(mesh, node_name=node, geom_name=name, transform=Y_UP, metadata=own)
+        scene.add_geometry(mesh, node_name=node, geom_name=name, transform=Y_UP @ place, metadata=own)
     scene.export(path)
 
 

@@ -157,9 +157,8 @@ def native_parts(
         chosen,
         {
             "name": record.name or name,
-            **({"density": record.density} if "density" in data else {}),
+            **{key: getattr(record, key) for key in ("density", "gravity") if key in data},
             "friction": record.friction,
-            "gravity": record.gravity,
             "metadata": {key: value for key, value in data.items() if key not in known},
             "joints": joints,
             "ties": ties,

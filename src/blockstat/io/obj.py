@@ -8,6 +8,7 @@ and names that a line of OBJ cannot hold; one before the first object holds fric
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -103,7 +104,8 @@ def split_solids(solid: Solid) -> list[Solid]:
     """Split the only object of a file into its closed parts.
 
     Parts share no vertices, or one is closed in the order of the file before the next begins: bricks that touch may
-    share vertices.
+    share vertices. Where that leaves a part open, as the faces of a cube that list their own vertices, vertices at one
+    place are one.
 
     Parameters
     ----------
@@ -113,15 +115,35 @@ def split_solids(solid: Solid) -> list[Solid]:
     Returns
     -------
     list of Solid
-        Each a block without a name; the object itself where it is one part.
+        Each a block without a name; the object itself where it is one part, or a part stays open.
     """
-    edges = [(face[0], corner) for face in solid.faces for corner in face[1:]]
-    _, label = connected_components(len(solid.vertices), np.array(edges))
-    parts: dict[int, list[list[int]]] = {}
-    for face in solid.faces:
-        parts.setdefault(int(label[face[0]]), []).append(face)
-    runs = [part[run.start : run.stop] for part in parts.values() for run in closed_runs(part)]
-    return [solid] if len(runs) == 1 else [_solid("", solid.vertices, run, {}) for run in runs]
+    places: dict[tuple[float, float, float], int] = {}
+    place = [places.setdefault(vertex, len(places)) for vertex in solid.vertices]
+    for number in (range(len(place)), place):
+        runs = _closed_parts([[number[corner] for corner in face] for face in solid.faces], len(place))
+        if len(runs) == 1:
+            return [solid]
+        if runs:
+            return [_solid("", solid.vertices, [solid.faces[k] for k in run], {}) for run in runs]
+    return [solid]
+
+
+def _closed_parts(faces: list[list[int]], n_vertices: int) -> list[list[int]]:
+    """Numbers of the faces of each closed part; none where a part stays open."""
+    edges = [(face[0], corner) for face in faces for corner in face[1:]]
+    _, label = connected_components(n_vertices, np.array(edges))
+    parts: dict[int, list[int]] = {}
+    for number, face in enumerate(faces):
+        parts.setdefault(int(label[face[0]]), []).append(number)
+    runs = []
+    for part in parts.values():
+        own = closed_runs([faces[k] for k in part])
+        last = [faces[part[k]] for k in own[-1]]
+        sides = Counter((a, b) for face in last for a, b in zip(face, [*face[1:], face[0]], strict=True))
+        if any(sides[b, a] != count for (a, b), count in sides.items()):
+            return []
+        runs += [part[run.start : run.stop] for run in own]
+    return runs
 
 
 def closed_runs(faces: Sequence[Sequence[int]]) -> list[range]:

@@ -14,6 +14,8 @@ from blockstat.joint import Tie
 from blockstat.typing import Floats
 
 UP = ("x", "y", "z", "-x", "-y", "-z")  #: axes of a file that may point up
+#: Corners that single precision moves by no more than this fraction of their extent are near enough to the origin.
+NEAR = 1e-6
 #: Metres in one unit of length.
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
@@ -254,6 +256,41 @@ def metres_in(units: str | None) -> float:
     if units not in UNITS:
         raise InputError(f"units are {units!r}; known are: {', '.join(UNITS)}")
     return UNITS[units]
+
+
+def rounding_of(corners: Floats) -> float:
+    """Return how far single precision may have moved one of some corners out of the plane of others.
+
+    Parameters
+    ----------
+    corners : array of float, shape (n, 3)
+        Corners as a file has them [m].
+
+    Returns
+    -------
+    float
+        Distance [m]; zero where not all of the corners are in single precision.
+    """
+    if (corners != corners.astype(np.float32)).any():
+        return 0.0
+    return float(2 * np.finfo(np.float32).eps * np.abs(corners).max(initial=0.0))
+
+
+def moved_far_away(corners: Floats) -> float:
+    """Return how far single precision will move corners that are far from the origin.
+
+    Parameters
+    ----------
+    corners : array of float, shape (n, 3)
+        All corners of an assembly [m].
+
+    Returns
+    -------
+    float
+        The furthest that a coordinate moves [m]; zero where that is no more than `NEAR` of their extent.
+    """
+    moved = float(np.abs(corners - corners.astype(np.float32)).max())
+    return moved if moved > NEAR * float(np.ptp(corners, axis=0).max()) else 0.0
 
 
 def chosen_supports(

@@ -193,6 +193,8 @@ def _first_step(states: StateSolver, linkage: Linkage, pose: Pose, limit: LimitL
         raise InputError(f"control: the {linkage.control.name} does not move the mechanism; choose another block")
     if not state.forces.admissible:  # followed by finite steps, which become shorter where the multiplier changes much
         return largest
+    if state.point.value <= 0:  # the joints that open lose their tension, and the path ends
+        return largest
     probe = SLOPE_STEP * largest
     ahead = states.point_at(state, probe)
     slope = np.nan if ahead is None else (ahead.value - state.point.value) / probe

@@ -121,7 +121,7 @@ def free_faces(
     Returns
     -------
     list of Face
-        In the order of the faces of the assembly, without those of which joints leave less than a share `SLIVER`.
+        In the order of the faces of the assembly. Strips of less than a share `SLIVER` that joints leave are no face.
     """
     from shapely import MultiPoint, Polygon
 
@@ -137,12 +137,13 @@ def free_faces(
         frame = frames(assembly.planes.normal[f][None])[0]
         face = Face(block, frame, assembly.planes.centre[f], None)
         region = Polygon(face.flat(corners))
-        least, grid = SLIVER * region.area, _grid(region)
+        whole, grid = region, _grid(region)
         for normal, patch, gap in joints.get(block, ()):
             near = np.abs(face.height(patch)).max() <= gap + ON * assembly.size[block]
             if normal @ face.normal > ALONG and near:
                 region = region.difference(MultiPoint(face.flat(patch)).convex_hull, grid_size=grid)
-        if region.area > least:
+        # What is small and drawn in to nothing is a strip that rounding leaves; a small window is not.
+        if region.area > SLIVER * whole.area or not region.buffer(-SLIVER * whole.length).is_empty:
             found.append(Face(block, frame, face.origin, region))
     return found
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.loading.faces import ON, SLIVER, Face, rings, selected, up_of, wrenches
+from blockstat.loading.faces import ON, SLIVER, Face, selected, up_of, wrenches
 from blockstat.loading.on_faces import facing
 from blockstat.loads import numbers, three
 from blockstat.typing import Floats
@@ -330,17 +330,14 @@ def _below(face: Face, up: Floats, level: float) -> Face:
 
 def _check_single(assembly: Assembly, faces: Sequence[Face]) -> None:
     """Raise InputError where two faces lie above each other in plan."""
-    from shapely import MultiPolygon, Polygon, STRtree
+    from shapely import STRtree, transform
 
     up = up_of(assembly)
     plan = _plan(up)
     shapes = []
     for face in faces:
-        flat = [
-            Polygon((face.origin + ring @ face.frame[1:]) @ plan.T) for ring, sign in rings(face.region) if sign > 0
-        ]
+        whole = transform(face.region, lambda flat, face=face: (face.origin + flat @ face.frame[1:]) @ plan.T)
         # Drawn in: what meets along a line, or by what rounding makes of it, does not lie above each other.
-        whole = MultiPolygon(flat)
         shapes.append(whole.buffer(-SLIVER * whole.length))
     for i, j in zip(*STRtree(shapes).query(shapes, predicate="intersects"), strict=True):
         if i < j:

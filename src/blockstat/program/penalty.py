@@ -163,3 +163,24 @@ def penalty_program(
         n_points=eq.n_points,
         plane=plane,
     )
+
+
+def as_strong_as_the_weight(program: PenaltyProgram, load: Floats) -> tuple[Floats, float]:
+    """Scale a load so that its multipliers are near one.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    load
+        In its units, shape (6 n,).
+
+    Returns
+    -------
+    load : Floats
+        The load over its strength, shape (6 n,).
+    strength : float
+        The sum of its forces, or of its couples where it has no forces, in weights.
+    """
+    unit = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum() or np.abs(load).sum()) / program.total_load
+    return load / unit, unit

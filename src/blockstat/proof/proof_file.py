@@ -49,6 +49,7 @@ class ProofOutcome(Sentence):
     STABLE = "Stable: exact forces within every friction cone balance every block."
     UNSTABLE = "Unstable: the loads drive an exact motion that no admissible forces resist."
     LIMIT = "Limit: exact forces carry the lower bound, and an exact motion shows that nothing carries the upper one."
+    CARRIED = "Carried: exact forces carry the lower bound; no upper one is proven."
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,7 +240,8 @@ def prove_limit(
     Returns
     -------
     ProofFile
-        As of `prove`; its bounds may be wider than those of the bracket by rounding, and the checker prints them.
+        As of `prove`; its bounds may be wider than those of the bracket by rounding, and the checker prints them. Of a
+        load without limit it has a lower bound alone.
 
     Raises
     ------
@@ -267,7 +269,7 @@ def prove_limit(
             proof |= _told(motion, power)
     if "forces" not in proof or (np.isfinite(limit.upper) and "motion" not in proof):
         raise InputError(f'the bounds of "{problem.assembly.name}" rest on rounding: there is no exact proof')
-    return _file(ProofOutcome.LIMIT, found, proof)
+    return _file(ProofOutcome.LIMIT if "motion" in proof else ProofOutcome.CARRIED, found, proof)
 
 
 def _posed(assembly: Assembly, interfaces: Interfaces, loads: Loads | None) -> Problem:

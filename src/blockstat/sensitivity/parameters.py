@@ -85,7 +85,8 @@ def limit_load_gradient(
     (0.25, 0.5)
     """
     assembly = _plain(make(values))
-    limit = limit_load(assembly, load(assembly), interfaces=joints(assembly), optimum=True)
+    found = joints(assembly)
+    limit = limit_load(assembly, load(assembly), interfaces=found, gap=found.searched, optimum=True)
     multiplier, twist = pinned(limit, load(assembly))
 
     def residual(changed: Assembly, interfaces: Interfaces) -> Floats:
@@ -270,7 +271,8 @@ def score_gradient(
     ('unstable', True)
     """
     assembly = _plain(make(values))
-    verdict = assess(assembly, interfaces=joints(assembly))
+    found = joints(assembly)
+    verdict = assess(assembly, interfaces=found, gap=found.searched)
     if verdict.outcome is Outcome.STABLE:
         return verdict, dict.fromkeys(values, 0.0)
     twist, net = penalty_optimum(verdict)

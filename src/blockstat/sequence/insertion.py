@@ -13,6 +13,7 @@ pass through it deeper than a tolerance: a block that slides along its joints gr
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -74,12 +75,12 @@ def insertion_direction(assembly: Assembly, interfaces: Interfaces, block: int, 
     >>> np.abs(insertion_direction(chest, find_interfaces(chest), 4, np.ones(5, bool))).round(6).tolist()
     [0.0, 1.0, 0.0]
     """
-    return StraightMotions(assembly, interfaces).find(block, present).direction
+    return StraightMotions(assembly, interfaces).find([block], present).direction
 
 
 @dataclass(frozen=True)
 class StraightMotion:
-    """How a block comes in, or that it cannot."""
+    """How blocks come in as one, or that they cannot."""
 
     direction: Floats | None  #: a unit vector; None where none of those that were tried is free
     is_excluded: bool = False  #: whether no straight motion at all exists, because joints block every direction
@@ -103,13 +104,13 @@ class StraightMotions:
         self._pieces: dict[int, list[_Piece]] = {}
         self._obstacles: dict[tuple[int, int], list[_Obstacle]] = {}
 
-    def find(self, block: int, present: np.ndarray) -> StraightMotion:
-        """Find a way for a block to come in beside others.
+    def find(self, blocks: Sequence[int], present: np.ndarray) -> StraightMotion:
+        """Find a way for blocks to come in beside others, all along one direction.
 
         Parameters
         ----------
-        block : int
-            The block.
+        blocks : sequence of int
+            The blocks, which are put in as one.
         present : array of bool, shape (n_blocks,)
             Which others are there.
 
@@ -118,12 +119,12 @@ class StraightMotions:
         StraightMotion
             The first direction that is free, or whether there is none.
         """
-        away = _distinct(self._normals(block, present), sided=True)
-        others = np.flatnonzero(present & (np.arange(len(present)) != block))
+        away = _distinct(self._normals(blocks, present), sided=True)
+        others = np.setdiff1d(np.flatnonzero(present), blocks)
         tried = self._up[None]
         for is_last in (False, True):
             tried = tried[(tried @ away.T >= -ALONG).all(axis=1)]
-            free = np.flatnonzero(~self._collides(block, others, tried))
+            free = np.flatnonzero(~np.any([self._collides(block, others, tried) for block in blocks], axis=0))
             if len(free):
                 return StraightMotion(-tried[free[0]])
             if not is_last:
@@ -133,11 +134,12 @@ class StraightMotions:
                 tried = self._directions(away, inward)
         return StraightMotion(None)
 
-    def _normals(self, block: int, present: np.ndarray) -> Floats:
-        """Normals of the joints of a block with others that are present, towards the block, shape (n, 3)."""
+    def _normals(self, blocks: Sequence[int], present: np.ndarray) -> Floats:
+        """Normals of the joints of blocks with others that are present, towards the blocks, shape (n, 3)."""
         pair = self._interfaces.pair
-        own = (pair == block).any(axis=1) & (present[pair] | (pair == block)).all(axis=1)
-        sign = np.where(pair[own, 1] == block, 1.0, -1.0)
+        inside = np.isin(pair, blocks)
+        own = (inside.sum(axis=1) == 1) & (present[pair] | inside).all(axis=1)
+        sign = np.where(inside[own, 1], 1.0, -1.0)
         return self._interfaces.frame[own, 0] * sign[:, None]
 
     def _directions(self, away: Floats, inward: Floats) -> Floats:

@@ -143,10 +143,10 @@ def find_order(
     groups : sequence of sequences of str, optional
         Blocks that are put in together, as one in one hand.
     reach : callable, optional
-        Called with the name of a block and the names of all that are there before it; False where a crane or an arm
-        cannot put it in.
+        Called with the name of a block and the names of all that are there before it, supports among them; False where
+        a crane or an arm cannot put it in.
     insertion : bool, optional
-        Whether each block must come in by a straight motion that collides with nothing (see
+        Whether each block, or group as one, must come in by a straight motion that collides with nothing (see
         `blockstat.sequence.insertion`); the directions are in `plan.metadata["insertion"]`. Not all directions are
         tried: a search that ends because none of them is free is "undecided", unless joints block every direction.
     journal : str or Path, optional
@@ -237,6 +237,10 @@ class SafestOrder(Result):
         if self.least_friction is None:
             return self.found.explain()
         low, high = self.least_friction
+        if high == np.inf:
+            return (
+                f"{self.found.explain()}\nEvery step stands at infinite friction; that any less will do is not proven."
+            )
         reserve = f": reserve {self.reserve:.3f}" if high > 0 else ""
         line = f"Every step stands from a friction of {high:.5f}{reserve}."
         if high - low > NARROW * max(high, 1.0):
@@ -298,30 +302,39 @@ def safest_order(
     }  # fmt: skip
     began, own = monotonic(), whole.assembly.friction
     best = find_order(whole.assembly, seconds=seconds, **options)
-    states, solved, least, ended = best.states, best.solved, None, best.outcome
-    if best.plan is not None:
-        finished = np.ones(assembly.n_blocks, dtype=bool), whole.assembly.support
-        least = least_friction(whole, [finished])[0], _needed(whole, best)
-    while least is not None and least[1] - least[0] > NARROW * max(least[1], 1.0):
-        left = None if seconds is None else max(began + seconds - monotonic(), 0.0)
-        middle = sum(least) / 2
-        found = find_order(whole.assembly, friction=middle, seconds=left, **options)
-        states, solved, ended = states + found.states, solved + found.solved, found.outcome
-        if found.plan is not None:
-            best, least = found, (least[0], min(middle, _needed(whole, found)))
-        elif found.outcome is OrderOutcome.NONE:
-            least = middle, least[1]
-        else:
-            break
+    states, solved, ended = best.states, best.solved, best.outcome
+    least = None if best.plan is None else (0.0, own)
+    until = None if seconds is None else began + seconds
+    try:
+        if least is not None:
+            least = 0.0, min(own, _needed(whole, best, until))
+            finished = np.ones(assembly.n_blocks, dtype=bool), whole.assembly.support
+            low = least_friction(whole, [finished], until)[0]
+            falls = whole.at_friction(low).assess(*finished, score=False).outcome is Outcome.UNSTABLE
+            least = low if falls else 0.0, least[1]
+        while least is not None and least[1] - least[0] > NARROW * max(least[1], 1.0):
+            left = None if until is None else max(until - monotonic(), 0.0)
+            middle = sum(least) / 2
+            found = find_order(whole.assembly, friction=middle, seconds=left, **options)
+            states, solved, ended = states + found.states, solved + found.solved, found.outcome
+            if found.plan is not None:
+                best, least = found, (least[0], middle)
+                least = least[0], min(middle, _needed(whole, found, until))
+            elif found.outcome is OrderOutcome.NONE:
+                least = middle, least[1]
+            else:
+                break
+    except KeyboardInterrupt:
+        ended = OrderOutcome.STOPPED
     spent = monotonic() - began
     return SafestOrder(replace(best, states=states, solved=solved, seconds=spent), own, least, ended)
 
 
-def _needed(whole: Whole, found: OrderResult) -> float:
+def _needed(whole: Whole, found: OrderResult, until: float | None) -> float:
     """The least friction at which every step of a plan stands."""
     assert found.plan is not None
     states = [whole.state_of(*state, f"step {k}") for k, state in enumerate(found.plan.states())]
-    return least_friction(whole, states)[1]
+    return least_friction(whole, states, until)[1]
 
 
 @dataclass(frozen=True)

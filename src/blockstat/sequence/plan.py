@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
-from time import process_time
+from time import monotonic, process_time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError, check_choice, known_options, no_such
 from blockstat.result import Result, finite
-from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, on_props
+from blockstat.sequence.props import Falsework, Prop, on_props
 from blockstat.sequence.states import Whole
 from blockstat.system.reading import text_of
 from blockstat.system.workers import in_stretches
@@ -132,9 +132,8 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         if isinstance(error, InputError):
             raise InputError(f"{path}: {error}") from None
-        raise InputError(
-            f'{path}: a plan is a JSON object with "steps", a list of {{"install": [], "hold": []}}'
-        ) from None
+        form = '"steps", a list of {"install": [], "hold": []}'
+        raise InputError(f"{path}: a plan is a JSON object with {form}") from None
     return plan
 
 
@@ -279,9 +278,10 @@ class PlanVerdict(Result):
     verdicts: tuple[Verdict, ...]  #: one a step, without props
     outcomes: tuple[Outcome, ...]  #: one a step, with its props
     friction: float
-    least_friction: tuple[float, float] | None = None  #: some step falls at the first, all stand at the second
+    #: some step is not proven to stand at the first, all are at the second
+    least_friction: tuple[float, float] | None = None
     seconds: float = 0.0  #: process time of the verdicts, without the search for joints
-    #: the least total force of the props of a step that does not stand without them; None elsewhere
+    #: the least total force of the props of a step that is not proven to stand without them; None elsewhere
     falsework: tuple[Falsework | None, ...] = ()
     #: how far the ground may tilt towards +x, -x, +y and -y at each step, whichever is worst [deg] (`Whole.tilt`)
     tilt: tuple[float, ...] | None = None
@@ -300,7 +300,8 @@ class PlanVerdict(Result):
         list of dict
             With `step`, `install`, `present` (fixed blocks among them), `held`, `verdict`, `score` and `moving`; with
             tilts also `tilt` [deg], the worst of +x, -x, +y and -y, and `tilt_any_way` [deg], proven in any direction;
-            where the plan has props also `props`, and `prop_force`, the least force of each [N] if they are needed.
+            where the plan has props also `props`, and `prop_force`, the force of each where their total is least [N] if
+            they are needed.
         """
         found = []
         states, props = self.plan.states(), self.plan.standing_props()
@@ -319,8 +320,7 @@ class PlanVerdict(Result):
             if self.tilt is not None and self.tilt_any_way is not None:
                 row |= {"tilt": self.tilt[k], "tilt_any_way": self.tilt_any_way[k]}
             if self.plan.props:
-                row["props"] = list(props[k])
-                row["prop_force"] = None if propped is None else [finite(force) for force in propped.force]
+                row |= {"props": list(props[k]), "prop_force": propped and [finite(force) for force in propped.force]}
             found.append(row)
         return found
 
@@ -358,32 +358,33 @@ class PlanVerdict(Result):
         """
         rows = self.rows()
         bad = [row for row in rows if row["verdict"] != "stable"]
-        held = self.plan.most_held
         each = 1e3 * self.seconds / max(len(rows), 1)
-        head = f"{self.plan.name}: {len(rows)} steps, at most {held} held, friction {self.friction:g}"
+        head = f"{self.plan.name}: {len(rows)} steps, at most {self.plan.most_held} held, friction {self.friction:g}"
         lines = [f"{head}; {each:.1f} ms a step"]
-        if not bad:
-            lines.append("Every step is stable.")
-        else:
-            lines.append(f"{len(bad)} steps are not stable, the first is step {bad[0]['step']}.")
-            lines.append(f"{'step':>5} {'verdict':<10} {'score':>9}  held; first to move")
+        falls = f"{len(bad)} steps are not stable, the first is step {self.first_fall}."
+        lines.append(falls if bad else "Every step is stable.")
+        lines += [f"{'step':>5} {'verdict':<10} {'score':>9}  held; first to move"] if bad else []
         for row in bad:
             score = "-" if row["score"] is None else f"{row['score']:.3g}"
             moving = ", ".join(row["moving"][:limit]) + (" ..." if len(row["moving"]) > limit else "")
             held_now = ", ".join(row["held"]) or "nothing"
             lines.append(f"{row['step']:>5} {row['verdict']:<10} {score:>9}  {held_now}; {moving}")
-        loads = [one.peak for one in self.falsework if one is not None and one.outcome is FalseworkOutcome.HELD]
-        if loads:
-            lines.append(f"{len(loads)} steps stand on props; these props carry at most {max(loads):.6g} N each.")
+        on = {k: one for k, one in enumerate(self.falsework) if one and self.outcomes[k] is Outcome.STABLE}
+        if on:
+            worst, most = max(on.items(), key=lambda item: item[1].total)
+            line = (
+                f"{len(on)} steps stand on props; step {worst} needs most: at least {most.total:.6g} N in total, then"
+            )
+            lines.append(f"{line} with up to {most.peak:.6g} N in one of them.")
         if self.tilt and self.tilt_any_way:
             least, every = min(self.tilt), min(self.tilt_any_way)
             line = f"The ground may tilt by {least:.2f} deg towards +x, -x, +y and -y in any step, least at step"
             lines.append(f"{line} {self.tilt.index(least)}; in any other direction by {every:.2f} deg at least.")
         if self.least_friction is not None:
             low, high = self.least_friction
-            reserve = self.friction / high if high > 0 else float("inf")
-            below = f" (not at {low:.5f}): reserve {reserve:.3f}"
-            lines.append(f"Every step stands from a friction of {high:.5f}{below if high > 0 else ''}.")
+            below = f" (not proven at {low:.5f}): reserve {self.friction / high:.3f}" if high > 0 else ""
+            line = f"Every step stands from a friction of {high:.5f}{below}."
+            lines.append(line if high < np.inf else f"No friction up to {low:g} is proven to make every step stand.")
         return "\n".join(lines)
 
 
@@ -408,7 +409,8 @@ def assess_plan(
     plan : Plan
         The plan; it is checked first.
     friction, flow, gap
-        As of `assess_states`. A step that stands only on its props is judged by limit analysis whatever the flow.
+        As of `assess_states`. A step that falls without its props is judged by limit analysis with them, whatever the
+        flow; one that needs none of them keeps its verdict.
     reserve : bool, optional
         Whether the least friction at which every step stands is sought, too. It takes the time of a second run.
     tilt : bool, optional
@@ -469,7 +471,7 @@ def _judged(
     return found
 
 
-def least_friction(whole: Whole, states: list[Any]) -> tuple[float, float]:
+def least_friction(whole: Whole, states: list[Any], until: float | None = None) -> tuple[float, float]:
     """Find the least coefficient of friction at which every state is stable.
 
     Parameters
@@ -478,16 +480,21 @@ def least_friction(whole: Whole, states: list[Any]) -> tuple[float, float]:
         The assembly; its joints have one coefficient of friction.
     states : list of (array of bool, array of bool)
         Masks as `Whole.state_of` gives them.
+    until : float, optional
+        When to stop, by the clock `time.monotonic` [s].
 
     Returns
     -------
     low, high : float
-        Some state is not stable at the first, or the first is 0; all are at the second, which is inf if none helps.
+        Some state is not proven stable at the first, or the first is 0; all are at the second, which is inf if none
+        helps.
 
     Raises
     ------
     InputError
         Where joint laws, or the interfaces, give joints a friction of their own.
+    KeyboardInterrupt
+        When the time is over.
 
     Notes
     -----
@@ -500,6 +507,8 @@ def least_friction(whole: Whole, states: list[Any]) -> tuple[float, float]:
     low, high = 0.0, 0.0
 
     def stands(friction: float, state: Any) -> bool:
+        if until is not None and monotonic() > until:
+            raise KeyboardInterrupt
         return whole.at_friction(friction).assess(*state, score=False).outcome is Outcome.STABLE
 
     for state in states:
@@ -507,8 +516,7 @@ def least_friction(whole: Whole, states: list[Any]) -> tuple[float, float]:
             continue
         if not stands(MOST_FRICTION, state):
             return MOST_FRICTION, float("inf")
-        low = high
-        high = max(2.0 * high, 0.25)
+        low, high = high, max(2.0 * high, 0.25)
         while not stands(high, state):
             low, high = high, 2.0 * high
         while high - low > FRICTION_STEP:

@@ -11,15 +11,17 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
 
 from blockstat.analysis.assess import FLOWS
+from blockstat.analysis.decision import outcome_of
 from blockstat.analysis.problem import Problem
-from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.analysis.rims import overlap_warnings, rim_warnings
+from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import FORCE_LIMIT, force_errors, power
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, check_choice, known_options
@@ -268,6 +270,7 @@ def _least(problem: Problem, props: tuple[Prop, ...], least: str) -> tuple[False
     answer = _solved(program, pushes, n, least == "peak")
     x = np.array(answer.x)
     force, push = x[: 3 * m], np.maximum(x[3 * m : 3 * m + n], 0.0)
+    force.reshape(-1, 3)[program.friction == 0, 1:] = 0.0  # they are zero but for rounding, which no friction carries
     # The load of a block that hangs in its prop is nothing: errors are compared with the weights.
     unbalanced = (program.matrix @ force + program.load + pushes @ push).reshape(-1, 6)
     own = np.linalg.norm(program.load.reshape(-1, 6), axis=1)
@@ -286,11 +289,15 @@ def _solved(program: PenaltyProgram, pushes: sparse.csc_array, n: int, peak: boo
     m, last = len(program.friction), int(peak)
     cost = np.concatenate([np.zeros(3 * m), np.full(n, 1.0 - last), np.ones(last)])
     slip = np.isfinite(program.friction)
-    heads = np.where(slip, program.friction, 1.0)
+    smooth = np.flatnonzero(program.friction == 0)
+    heads = np.where(slip & (program.friction > 0), program.friction, 1.0)
     size = np.column_stack([heads, slip, slip]).reshape(-1)  # joints that cannot slip have free tangents
+    tangents = np.concatenate([3 * smooth + 1, 3 * smooth + 2])  # those without friction have none
+    none = sparse.csr_array(sparse.eye_array(3 * m))[tangents]
     eye = sparse.eye_array(n)
     rows = [
         [program.matrix, pushes, sparse.csc_array((len(program.load), last))],
+        [none, sparse.csc_array((len(tangents), n)), sparse.csc_array((len(tangents), last))],
         [sparse.diags_array(-size), sparse.csc_array((3 * m, n)), sparse.csc_array((3 * m, last))],
         [sparse.csc_array((n, 3 * m)), -eye, sparse.csc_array((n, last))],
     ]
@@ -298,9 +305,9 @@ def _solved(program: PenaltyProgram, pushes: sparse.csc_array, n: int, peak: boo
         rows.append([sparse.csc_array((n, 3 * m)), eye, sparse.csc_array(-np.ones((n, 1)))])
     matrix = sparse.csc_array(sparse.vstack([sparse.hstack(row) for row in rows]))
     half = n * (1 + last)
-    cones: list[Any] = [clarabel.ZeroConeT(len(program.load)), *[clarabel.SecondOrderConeT(3)] * m]
+    cones: list[Any] = [clarabel.ZeroConeT(len(program.load) + len(tangents)), *[clarabel.SecondOrderConeT(3)] * m]
     cones += [clarabel.NonnegativeConeT(half)] if half else []
-    bound = np.concatenate([-program.load, np.zeros(3 * m + half)])
+    bound = np.concatenate([-program.load, np.zeros(len(tangents) + 3 * m + half)])
     return run(sparse.csc_array((len(cost), len(cost))), cost, matrix, bound, cones)
 
 
@@ -346,7 +353,8 @@ def falls_on_props(problem: Problem, props: Sequence[Prop], twist: Floats) -> bo
     Returns
     -------
     bool
-        True where it would take forces beyond `FORCE_LIMIT` weights to resist it, as of a verdict.
+        True where it would take forces beyond `FORCE_LIMIT` weights to resist it, as of a verdict, and it drives no
+        blocks into each other where they overlap or touch without a unique normal.
     """
     size = np.abs(twist).max(initial=0.0)
     if problem.program is None or not size > 0:
@@ -354,7 +362,10 @@ def falls_on_props(problem: Problem, props: Sequence[Prop], twist: Floats) -> bo
     unit = twist / size
     work, closing = power(problem.program, unit)
     pushed = -float((pushes_of(problem, props).T @ unit).min(initial=0.0))
-    return work > max(closing, pushed) * FORCE_LIMIT * problem.program.total_load
+    if not work > max(closing, pushed) * FORCE_LIMIT * problem.program.total_load:
+        return False
+    motion = unit_motion(problem.assembly, problem.to_blocks(unit))
+    return not (overlap_warnings(problem, motion) or rim_warnings(problem, motion))
 
 
 def on_props(
@@ -376,18 +387,26 @@ def on_props(
     Returns
     -------
     outcome : Outcome
-        Stable where some forces in the props hold it.
+        Stable where some forces in the props hold it. What needs no props, such as a state that stands only by
+        self-stress, keeps its verdict. Undecided where they carry no more than what the forces leave unbalanced.
     found : Falsework or None
-        Their least total where it does not stand without them.
+        Their least total where no forces without them are proven to hold it; 0 in the props of held blocks.
     """
     names, (present, fixed) = whole.assembly.names, state
     there, held = ([name for name, on in zip(names, mask, strict=True) if on] for mask in (present, fixed))
-    props = [prop for prop in props if prop.block not in held]  # a held block loads no prop
-    if verdict.outcome is Outcome.STABLE or not props:
+    loaded = np.array([prop.block not in held for prop in props], dtype=bool)  # a held block loads no prop
+    if Outcome.STABLE in (verdict.outcome, outcome_of(verdict.certificate)) or not loaded.any():
         return verdict.outcome, None
+    own = [prop for prop, on in zip(props, loaded, strict=True) if on]
     options: dict[str, Any] = {"interfaces": whole.interfaces, "gap": whole.gap, "least": "total"}
-    problem, found, twist = held_by_props(whole.assembly, (there, held), props, **options)
-    return outcome_with_props(problem, props, found, twist), found
+    problem, found, twist = held_by_props(whole.assembly, (there, held), own, **options)
+    outcome = outcome_with_props(problem, own, found, twist)
+    left = max(found.residual, found.cone_violation) * np.linalg.norm(problem.load[problem.eq.blocks, :3], axis=1).sum()
+    if found.total <= left:
+        outcome = Outcome.UNDECIDED
+    force = np.zeros(len(props))
+    force[loaded] = found.force
+    return outcome, replace(found, props=tuple(props), force=force)
 
 
 def outcome_with_props(problem: Problem, props: Sequence[Prop], found: Falsework, twist: Floats) -> Outcome:

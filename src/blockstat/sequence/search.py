@@ -25,6 +25,7 @@ from blockstat.sequence.insertion import StraightMotion, StraightMotions
 from blockstat.sequence.plan import Plan, Step
 from blockstat.sequence.states import Whole
 from blockstat.solve.phase_one import STEEP
+from blockstat.system.writing import written_whole
 from blockstat.typing import Floats
 
 #: Blocks present and held, as bits of two numbers.
@@ -73,26 +74,23 @@ class Journal:
         self._path = Path(path)
         head = {"journal": "blockstat sequence", "of": _fingerprint(whole), "flow": flow}
         self.known: dict[Node, Any] = {}  #: what `note` was given, by state
+        first = json.dumps(head) + "\n"
         try:
-            lines = self._path.read_text().split("\n") if self._path.exists() else []
-            if lines and self._read(lines[0]) != head:
+            text = self._path.read_text() if self._path.exists() else ""
+            begin, *lines, _ = (first if first.startswith(text) else text).split("\n")  # new, or cut short in its head
+            if json.loads(begin) != head:
                 raise InputError(f"{path}: a journal of another assembly, joints, friction or flow; give a new file")
-            for line in lines[1:-1]:
-                present, held, outcome = self._read(line)
+            for present, held, outcome in map(json.loads, lines):
                 self.known[int(present, 16), int(held, 16)] = outcome
-            kept = "\n".join([json.dumps(head), *lines[1:-1]]) + "\n"
-            self._file = self._path.open("w" if kept != "\n".join(lines) else "a")
-            if kept != "\n".join(lines):
-                self._file.write(kept)
-                self._file.flush()
+            kept = "\n".join([begin, *lines, ""])
+            if kept != text:
+                with written_whole(self._path) as place:
+                    place.write_text(kept)
+            self._path.open("a").close()  # whether it can be written to is known before the search
         except OSError as error:
             raise InputError(f"{path}: {error.strerror}") from None
-
-    def _read(self, line: str) -> Any:
-        try:
-            return json.loads(line)
-        except ValueError:
-            raise InputError(f"{self._path}: not a journal of a search") from None
+        except (TypeError, ValueError) as error:
+            raise error if isinstance(error, InputError) else InputError(f"{path}: not a journal of a search") from None
 
     def note(self, state: Node, outcome: Any) -> None:
         """Write down what came of a state.
@@ -104,8 +102,8 @@ class Journal:
         outcome : object
             Anything that JSON can hold.
         """
-        self._file.write(json.dumps([hex(state[0]), hex(state[1]), outcome]) + "\n")
-        self._file.flush()
+        with self._path.open("a") as file:
+            file.write(json.dumps([hex(state[0]), hex(state[1]), outcome]) + "\n")
 
 
 def _fingerprint(whole: Whole) -> str:
@@ -310,8 +308,8 @@ class Search:
         steps, insertion = [], {}
         for (before, _), (present, held) in zip(path, path[1:], strict=False):
             new = present & ~before
-            ways = ((b, self._access.direction(b, before)) for b in _bits(new))
-            insertion |= {names[b]: way.tolist() for b, way in ways if way is not None}
+            if new and (way := self._access.direction(new, before)) is not None:
+                insertion |= {names[b]: way.tolist() for b in _bits(new)}
             hold = [names[b] for b in _bits(held | new)]
             steps.append(Step(tuple(names[b] for b in _bits(new)), tuple(hold)))
             if new & ~held:
@@ -346,7 +344,7 @@ def _units(whole: Whole, groups: Sequence[Sequence[str]]) -> _Units:
 
 
 class _Access:
-    """Whether blocks can be put in beside others. What is free beside some is free beside fewer."""
+    """Whether units can be put in beside others. What is free beside some is free beside fewer."""
 
     def __init__(self, whole: Whole, constraints: Constraints) -> None:
         self._whole, self._constraints = whole, constraints
@@ -359,33 +357,30 @@ class _Access:
         """Whether a unit can be put in while others are there."""
         reach, names = self._constraints.reach, self._whole.assembly.names
         if reach is not None:
-            there = frozenset(names[b] for b in _bits(others))
+            there = frozenset(names[b] for b in np.flatnonzero(_mask(others, self._whole.assembly.support)))
             if not all(reach(names[b], there) for b in _bits(unit)):
                 return False
-        return self._motions is None or all(self._straight(b, others) for b in _bits(unit))
-
-    def _straight(self, block: int, others: int) -> bool:
-        if block in self._free and not others & ~self._free[block]:
+        if unit in self._free and not others & ~self._free[unit]:
             return True
-        found = self._motion(block, others)
+        found = self._motion(unit, others)
         if found is None or found.direction is not None:
-            self._free[block] = others
+            self._free[unit] = others
             return True
         if not found.is_excluded:
-            self.barred.add(block)
+            self.barred |= set(_bits(unit))
         return False
 
-    def _motion(self, block: int, others: int) -> StraightMotion | None:
+    def _motion(self, unit: int, others: int) -> StraightMotion | None:
         if self._motions is None:
             return None
-        if (block, others) not in self._found:
+        if (unit, others) not in self._found:
             present = _mask(others, self._whole.assembly.support)
-            self._found[block, others] = self._motions.find(block, present)
-        return self._found[block, others]
+            self._found[unit, others] = self._motions.find(_bits(unit), present)
+        return self._found[unit, others]
 
-    def direction(self, block: int, others: int) -> Floats | None:
-        """The direction in which a block comes in beside others; None for none, or where none is asked for."""
-        found = self._motion(block, others)
+    def direction(self, unit: int, others: int) -> Floats | None:
+        """The direction in which a unit comes in beside others; None for none, or where none is asked for."""
+        found = self._motion(unit, others)
         return None if found is None else found.direction
 
 

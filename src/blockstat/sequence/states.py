@@ -443,7 +443,9 @@ class Evidence(Memory):
             Whether the state is likely to stand.
         """
         self._problem, self._score, self._stands = problem, score, stands
-        self._points = points[problem.eq.points]
+        # Cells and crushed contacts of joint laws have other numbers than the points of the whole: nothing is shared.
+        same = len(points) == problem.interfaces.n_points
+        self._points = points[problem.eq.points] if same else points[:0]
 
     def guess(self) -> Floats | None:
         """Return the last forces on the points of the state, in the units of its program.

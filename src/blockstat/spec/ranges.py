@@ -36,7 +36,7 @@ class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
             The smallest is always among them.
         """
         count = int(np.floor((self.max - self.min) / self.step + 1e-9))
-        values = [round(self.max - i * self.step, 12) for i in range(count + 1)]
+        values = [min(max(round(self.max - i * self.step, 12), self.min), self.max) for i in range(count + 1)]
         return values if values[-1] <= self.min + 1e-9 * self.step else [*values, self.min]
 
 

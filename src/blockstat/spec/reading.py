@@ -130,14 +130,16 @@ def at_path(data: Any, path: str) -> tuple[Any, Any]:
     data : object
         Plain data.
     path : str
-        Such as "elements.ring.at.2".
+        Such as "elements.ring.at.2". A key may have dots: the longest that the rest of the path begins with is meant.
 
     Returns
     -------
     tuple
         Table or list, and key or index.
     """
-    *parents, last = path.split(".")
-    for key in parents:
-        data = data[int(key) if isinstance(data, list) else key]
-    return data, int(last) if isinstance(data, list) else last
+    key = path.partition(".")[0]
+    if isinstance(data, dict):
+        key = max((name for name in data if f"{path}.".startswith(f"{name}.")), key=len, default=key)
+    rest = path[len(key) + 1 :]
+    own: Any = int(key) if isinstance(data, list) else key
+    return at_path(data[own], rest) if rest else (data, own)

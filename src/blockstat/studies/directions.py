@@ -66,16 +66,22 @@ class DirectionalLimits(Result):
         found = {limit.outcome for limit in self.limits}
         if LoadOutcome.DEAD_LOAD_UNSTABLE in found:
             return DirectionOutcome.DEAD_LOAD_UNSTABLE
-        # Wide bounds do not matter in a direction that is proven to carry more than the weakest one.
-        unproven = [limit for limit in self.limits if limit.outcome in OPEN]
-        if any(limit.lower < self.least.upper or limit is self.least for limit in unproven):
+        if self.open:
             return DirectionOutcome.UNDECIDED
         return DirectionOutcome.UNBOUNDED if found == {LoadOutcome.UNBOUNDED} else DirectionOutcome.LIMIT
 
     @property
+    def open(self) -> list[int]:
+        """Numbers of the directions whose bounds are not close, and that may carry less than the weakest one."""
+        # Wide bounds do not matter in a direction that is proven to carry more than the weakest one.
+        unproven = [k for k, limit in enumerate(self.limits) if limit.outcome in OPEN]
+        endless = np.isposinf(self.least.upper)  # with dilatancy, in every direction
+        return [k for k in unproven if self.limits[k].lower < self.least.upper or k == self.weakest or endless]
+
+    @property
     def has_limits(self) -> bool:
-        """Whether there is a limit load: the assembly stands, and not every direction is unbounded."""
-        return self.outcome not in (DirectionOutcome.DEAD_LOAD_UNSTABLE, DirectionOutcome.UNBOUNDED)
+        """Whether there is a limit load: the assembly stands, and some direction has an upper bound."""
+        return self.outcome is not DirectionOutcome.DEAD_LOAD_UNSTABLE and bool(np.isfinite(self.least.upper))
 
     @property
     def lower(self) -> Floats:
@@ -183,8 +189,8 @@ class DirectionalLimits(Result):
                     "status": limit.outcome.word,
                     "lower": finite(limit.lower),
                     "upper": finite(limit.upper),
-                    "coulomb_lower": None if limit.coulomb is None else limit.coulomb[0],
-                    "coulomb_upper": None if limit.coulomb is None else limit.coulomb[1],
+                    "coulomb_lower": None if limit.coulomb is None else finite(limit.coulomb[0]),
+                    "coulomb_upper": None if limit.coulomb is None else finite(limit.coulomb[1]),
                     "coulomb_least": finite(carried),
                 }
                 for name, angle, direction, limit, carried in rows
@@ -338,16 +344,16 @@ def _first_of_the_least(values: Floats) -> int:
 
 
 def _without_dilatancy(limit: LimitLoad) -> tuple[float, float]:
-    """The bracket of the joints that carry least; nothing is looked for below a limit of zero."""
+    """The bracket of the joints that carry least, if they have a limit; nothing is looked for below one of zero."""
     if limit.coulomb_least is None and limit.outcome is LoadOutcome.LIMIT:
         return 0.0, max(limit.upper, 0.0)
-    return limit.coulomb_least or (np.nan, np.nan)
+    unknown = (np.nan, np.nan)
+    return unknown if limit.outcome is LoadOutcome.UNBOUNDED else limit.coulomb_least or unknown
 
 
 def _beside(limit: LimitLoad, bounds: Floats) -> str:
-    if limit.outcome is not LoadOutcome.LIMIT:
-        return f" ({limit.outcome.word})"
-    return "" if np.isnan(bounds[0]) else f", without dilatancy {bounds[0]:.5g} to {bounds[1]:.5g}"
+    word = "" if limit.outcome is LoadOutcome.LIMIT else f" ({limit.outcome.word})"
+    return word if np.isnan(bounds[0]) else f"{word}, without dilatancy {bounds[0]:.5g} to {bounds[1]:.5g}"
 
 
 def _least(angles: list[float], limits: list[LimitLoad], axes: Floats) -> tuple[float, float, float]:

@@ -21,6 +21,7 @@ from blockstat.errors import InputError, check_vector, known_options
 from blockstat.joint import fits
 from blockstat.program.bonds import Bonds
 from blockstat.program.conic import conic_program
+from blockstat.program.ties import tied_pairs
 from blockstat.result import Result, Sentence, counted, finite, plain
 from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats, Ints
@@ -399,8 +400,10 @@ def _part(problem: Problem, where: Any) -> tuple[Ints, Ints]:
     supports = np.flatnonzero(named & assembly.support)
     sides = named & assembly.support if len(supports) else named
     found = np.flatnonzero(between & sides[faces.pair].any(axis=1))
-    if not len(found):
-        what = "nothing rests on it" if len(supports) else "it does not stand on a support"
+    ends = tied_pairs(assembly)
+    anchors = ends[~assembly.support[ends].all(axis=1)]
+    if not len(found) and not np.isin(anchors, supports).any():
+        what = "nothing rests on it or is tied to it" if len(supports) else "it does not stand on a support"
         raise InputError(f"{_called(where)}: {what}, so no support can move there")
     return supports, found
 

@@ -24,7 +24,7 @@ from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_res
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.statics.settling_state import settling_state
-from blockstat.program.ties import bearing_ties
+from blockstat.program.ties import bearing_ties, tied_pairs
 from blockstat.result import Result, Sentence, plain
 from blockstat.studies.foundations import Settlement, settle
 from blockstat.typing import Floats
@@ -49,7 +49,7 @@ class PathOutcome(Sentence):
 
     COLLAPSE = "Collapse: beyond this movement of the supports no admissible forces exist, and the assembly falls."
     REACHED = "Reached: the assembly stands at the movement asked for."
-    FOLLOWS = "Follows: the assembly follows its supports as one body; no joint opens or slides."
+    FOLLOWS = "Follows: what rests on the moving supports follows them; no joint opens or slides."
     LOST = "Lost: the mechanism jams or slides in a way that is not followed further; what lies beyond is not known."
     INTERRUPTED = "Interrupted: the path is known up to here."
 
@@ -229,10 +229,34 @@ def settle_to_collapse(
     states = StateSolver(structure, structure.dead_power)
     follower = LinkageFollower(states, _settling_mechanism, end, end / steps, tolerance, ends_at_zero=False)
     linkage, motion = _mechanism_that_leaves_rest(linkage, start, motion, size)
-    if linkage.sticking.all():
+    if linkage.sticking.all() and _moves_straight(acting, motion) and _ties_ride(acting, motion + moving):
         whole = states.first(linkage, start, motion)
         return _path(first, structure, [] if whole is None else [whole], [], PathOutcome.FOLLOWS)
-    return _path(first, structure, *_followed(follower, linkage, start, motion, progress))
+    found, events, outcome = _followed(follower, linkage, start, motion, progress)
+    return _path(first, structure, _with_strength_at_rest(found, linkage, start), events, outcome)
+
+
+def _moves_straight(assembly: Assembly, motion: Floats) -> bool:
+    """Whether no block turns. Blocks on edges and corners may turn while these stick, and slide as they turn on."""
+    spin = np.abs(motion[:, 3:]).max(initial=0.0) * float(assembly.size.max())
+    return bool(spin <= STICKING_SPEED_AT_REST * float(corner_speed(assembly, motion).max(initial=0.0)))
+
+
+def _with_strength_at_rest(states: list[PathState], linkage: Linkage, start: Pose) -> list[PathState]:
+    """The states of a path; at rest no joint is open, so that all have their tensile strength, which opening ends."""
+    if not states or states[0].point.parameter > 0 or not any(law.strong for law in linkage.assembly.joints):
+        return states
+    closed = np.ones(linkage.contacts.number, dtype=bool)
+    reaction = settling_state(replace(linkage, sticking=closed, sliding=~closed).configuration(start, 0.0)).multiplier
+    if reaction is None or np.isinf(reaction):
+        return states
+    return [replace(states[0], point=replace(states[0].point, value=reaction)), *states[1:]]
+
+
+def _ties_ride(assembly: Assembly, motion: Floats) -> bool:
+    """Whether both ends of each tie move alike, so that it keeps its length."""
+    ends = motion[tied_pairs(assembly)]
+    return bool((np.abs(np.diff(ends, axis=1)) <= ROUNDING * np.abs(motion).max(initial=0.0)).all())
 
 
 def _drive(first: Settlement) -> Floats:

@@ -73,6 +73,8 @@ class _Edges:
     def __init__(self, solid: Polyhedra) -> None:
         tail, head = solid.face_vertices, solid.face_vertices[next_in_face(solid.face_start)]
         ends = np.unique(np.sort(np.column_stack([tail, head]), axis=1), axis=0)  # sorted by block
+        # Two corners of a face at one place are the ends of no edge.
+        ends = ends[(solid.vertices[ends[:, 0]] != solid.vertices[ends[:, 1]]).any(axis=1)]
         block = solid.vertex_block[ends[:, 0]]
         self.first = np.searchsorted(block, np.arange(solid.n_blocks))
         self.count = np.bincount(block, minlength=solid.n_blocks)

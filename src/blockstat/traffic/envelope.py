@@ -139,7 +139,7 @@ def moving_load(
     axles : sequence of (distance, force)
         Distance behind the first axle [m] and force downwards [N] of each.
     path : sequence of points, shape (n, 3)
-        Corners of the path; without a spread their heights do not count [m].
+        Corners of the path [m]; without a spread their heights do not count, and lengths along it are in plan.
     positions : int, optional
         Places of the first axle, even from where it enters the path to where the last axle leaves it.
     joints : bool, optional
@@ -194,7 +194,7 @@ def moving_load(
     problem, inside = standing(assembly, solver=solver, interfaces=shared, **options)
     problem = replace(problem, warnings=(*told, *problem.warnings))
     faces = facing(problem.assembly, selected(assembly, None, group), up_of(problem.assembly), shared)
-    road = road_along(problem.assembly, path, faces)
+    road = road_along(problem.assembly, path, faces, spread=spread)
     place, side, joint = places_of(road, train, positions, joints and spread is None)
     which = np.where(joint, side, 0)
     wrenches = train_loads(road, train, place, which, spread=spread, footprint=footprint)

@@ -23,10 +23,10 @@ SHORT = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Road:
-    """A path in plan, and the faces that carry a wheel along it."""
+    """A path, and the faces that carry a wheel along it."""
 
     assembly: Assembly
-    corners: Floats  #: of the path, shape (n, 3) [m]
+    corners: Floats  #: of the path, shape (n, 3) [m]; without a spread of loads at no height
     length: Floats  #: along the path to each corner, shape (n,) [m]
     faces: tuple[Face, ...]
     start: Floats  #: stretches of the path, ascending, shape (k,) [m]
@@ -75,7 +75,9 @@ class Road:
         return load
 
 
-def road_along(assembly: Assembly, path: Sequence[Sequence[float]], faces: Sequence[Face]) -> Road:
+def road_along(
+    assembly: Assembly, path: Sequence[Sequence[float]], faces: Sequence[Face], *, spread: float | None = None
+) -> Road:
     """Find the faces along a path, the highest where several lie above each other.
 
     Parameters
@@ -83,9 +85,11 @@ def road_along(assembly: Assembly, path: Sequence[Sequence[float]], faces: Seque
     assembly
         The blocks.
     path
-        Corners of the path, shape (n, 3) [m]; their heights do not count.
+        Corners of the path, shape (n, 3) [m]; without a spread their heights do not count, and lengths are in plan.
     faces
         Free faces that look up.
+    spread
+        As in `train_loads`.
 
     Returns
     -------
@@ -97,17 +101,20 @@ def road_along(assembly: Assembly, path: Sequence[Sequence[float]], faces: Seque
     InputError
         For a path of one point, or one that has no face below it.
     """
-    corners = as_points(path, "path", 2)
+    corners, up = as_points(path, "path", 2), up_of(assembly)
+    if spread is None:
+        corners = corners - np.outer(corners @ up, up)
     step = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-    if not step.all():
-        raise InputError("path: two of its points that follow each other are the same")
-    up, length = up_of(assembly), np.concatenate([[0.0], np.cumsum(step)])
+    room = SHORT * float(assembly.size.min())
+    if (step <= room).any():
+        where = " in plan" if spread is None else ""
+        raise InputError(f"path: two of its points that follow each other are the same{where}")
+    length = np.concatenate([[0.0], np.cumsum(step)])
     cuts = {0.0, float(length[-1])}
     for k, (one, two) in enumerate(zip(corners[:-1], corners[1:], strict=True)):
         for face in faces:
             cuts |= {float(length[k] + at * step[k]) for at in _crossings(face, one, two, up)}
     marks = np.array(sorted(cuts))
-    room = SHORT * float(assembly.size.min())
     marks = marks[np.concatenate([[True], np.diff(marks) > room])]
     numbers = {id(face): k for k, face in enumerate(faces)}
     stretches = []

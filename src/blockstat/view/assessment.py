@@ -142,7 +142,7 @@ def assess_fully(
         All of its loads act beside the weight, and beside `loads`.
     code : mapping, optional
         Options of `blockstat.linear_check`, such as ``{"site": Site("B"), "demand": 0.15}``: the mechanisms towards +-x
-        and +-y and the weakest one are verified where there is a limit load.
+        and +-y and the weakest one are verified where there is a limit load, and those that may carry less are named.
 
     Returns
     -------
@@ -173,8 +173,9 @@ def assess_fully(
 
 
 def _shown(limits: DirectionalLimits) -> list[int]:
-    """Directions along the axes, and the weakest one."""
-    return [k for k, name in enumerate(limits.names) if name in AXES or k == limits.weakest]
+    """Directions along the axes, the weakest one, and those that may carry less than it."""
+    chosen = {limits.weakest, *limits.open}
+    return [k for k, name in enumerate(limits.names) if name in AXES or k in chosen]
 
 
 def _check(limits: DirectionalLimits, k: int, code: Mapping[str, Any]) -> tuple[str, LinearCheck | LoadOutcome]:

@@ -67,7 +67,7 @@ def write_designs(
     """
     figures = []
     shown = under(build(result.best if result.best is not None else result.building))
-    word = "The best design" if result.best is not None else "The design the search started from; none stood"
+    word = "The best design" if result.best is not None else "The design the search started from"
     figures.append(Figure(plot(shown, directory / "building.png", title=shown.name), f"{word}."))
     if result.best is not None:
         write(shown, directory / "best.json")

@@ -43,10 +43,9 @@ class Springs:
     moment: Floats  #: capacity in bending and in torsion [N m]
     reach: Floats  #: motion beyond which a joint has failed [m]
     breaks: bool  #: whether its spring is then gone
-    time_step: float  #: [s]
     broken: np.ndarray = field(init=False)  #: bool
     _damping: float = field(init=False, default=0.0)
-    _before: tuple[Floats, Floats] | None = field(init=False, default=None)
+    _before: tuple[Floats, Floats, float] | None = field(init=False, default=None)  # with the time step since [s]
 
     def __post_init__(self) -> None:
         self.broken = np.zeros(len(self.pair), dtype=bool)
@@ -72,11 +71,11 @@ class Springs:
         if time < 0:
             self._damp(world, 1.0 if beyond.any() else SETTLING)
         self.broken |= (beyond & self.breaks) | removed(world, self.pair)
-        last_shift, last_angle = self._before or (shift, angle)
-        self._before = shift, angle
+        last_shift, last_angle, step = self._before or (shift, angle, world.time_step)
+        self._before = shift, angle, world.time_step
         # The difference of two places is the velocity of symplectic Euler, exactly.
-        force = -self.stiffness * shift - self.viscous * (shift - last_shift) / self.time_step
-        couple = -self.angular * angle - self.angular_viscous * (angle - last_angle) / self.time_step
+        force = -self.stiffness * shift - self.viscous * (shift - last_shift) / step
+        couple = -self.angular * angle - self.angular_viscous * (angle - last_angle) / step
         force = np.where(self.broken[:, None], 0.0, _capped(force, self.force))
         force[:, 0] = np.minimum(force[:, 0], 0.0)  # pressure is the contact's
         couple = np.where(self.broken[:, None], 0.0, _capped(couple, self.moment))
@@ -180,7 +179,6 @@ def spring_set(
         moment=moment,
         reach=reach(assembly, pair),
         breaks=breaks,
-        time_step=world.time_step,
     )
 
 

@@ -1,8 +1,8 @@
 """Rotational stiffness in two readings: a scale of the inertia, and angular springs at the joints.
 
 The **inertia scale** is what animation packages make of it: rotations are slower, in the end by the square root of the
-scale, and nothing else changes. Statics do not see inertia, so it has no static counterpart. What falls with true
-inertia falls with any, later.
+scale, and nothing else changes. A scale below 1 makes them faster. Statics do not see inertia, so it has no static
+counterpart. What falls with true inertia falls with any, later or sooner.
 
 An **angular spring** turns two neighbours back by k times their relative rotation. In the shape that was built its
 moment is zero, so limit analysis does not see it either. It cannot keep a mechanism from starting. It stops one at a
@@ -19,7 +19,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from blockstat.errors import InputError
+from dynsim.bonds.glue import CentreBonds
 from dynsim.bonds.springs import Springs, spring_set
+from dynsim.bonds.ties import TieForces
 from dynsim.engine.world import Action, World
 
 
@@ -30,7 +32,8 @@ class InertiaScale:
     Parameters
     ----------
     scale : float
-        Factor on the moments of inertia; the masses stay.
+        Factor on the moments of inertia; the masses stay. Below 1 not with ties, angular springs and bonds that have a
+        moment capacity: those are as stiff as the time step allows with true inertia.
 
     Raises
     ------
@@ -56,10 +59,14 @@ class InertiaScale:
     @property
     def caveat(self) -> str:
         """What a verdict that was reached with the scale must say."""
-        return (
-            f"the inertia of every block is scaled by {self.scale:g}: rotations take up to {np.sqrt(self.scale):.3g} "
-            "times as long, so a fall may not show in the simulated time; statics know nothing of it"
-        )
+        if self.scale < 1:
+            effect = f"rotations are up to {1 / np.sqrt(self.scale):.3g} times as fast"
+        else:
+            effect = (
+                f"rotations take up to {np.sqrt(self.scale):.3g} times as long, so a fall may not show in the "
+                "simulated time"
+            )
+        return f"the inertia of every block is scaled by {self.scale:g}: {effect}; statics know nothing of it"
 
     def begin(self, world: World) -> None:
         """Scale the inertia of all blocks.
@@ -68,7 +75,19 @@ class InertiaScale:
         ----------
         world : World
             What the action acts on.
+
+        Raises
+        ------
+        InputError
+            For a scale below 1 where springs or ties hold blocks.
         """
+        if self.scale < 1 and any(
+            isinstance(action, (AngularSprings, CentreBonds, TieForces)) for action in world.actions
+        ):
+            raise InputError(
+                f"inertia scale is {self.scale:g}; it must be at least 1 with ties, angular springs or bonds with "
+                "a moment capacity: less inertia makes them unstable"
+            )
         world.scale_inertia(self.scale)
 
     def act(self, world: World, time: float) -> None:

@@ -166,6 +166,8 @@ def print_comparisons(rows: Comparisons) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from dynsim.comparison.table import Agreement
+
     table = Table(
         "name",
         "blocks",
@@ -187,7 +189,7 @@ def print_comparisons(rows: Comparisons) -> None:
             continue
         drops = [f"{1e3 * (value or 0.0):.3g}" for value in (row.group_drop, row.max_drop, row.max_displacement)]
         score = "inf" if row.score is None else f"{row.score:.2e}"
-        agree = {True: "yes", False: "NO", None: "-"}[row.agree]
+        agree = {Agreement.AGREE: "yes", Agreement.DIFFER: "NO"}.get(row.outcome, "-")
         table.add_row(
             row.name, str(row.blocks), str(row.interfaces), row.static, score, f"{row.static_seconds:.2f}",
             row.dynamic, *[row.lmgc90 or "-"] * rows.has_lmgc90, *drops, f"{row.dynamic_seconds:.1f}", agree,

@@ -175,7 +175,7 @@ def find_cause(
         return Cause.UNDECIDED
     if dynamic.outcome is DynamicOutcome.FALLS:
         return _why_it_fell(coulomb, settings or Settings(), closely)
-    return _why_it_stood(static, dynamic, settings or Settings(), closely)
+    return _why_it_stood(static, coulomb, dynamic, settings or Settings(), closely)
 
 
 def _why_it_fell(coulomb: Verdict, settings: Settings, closely: bool) -> Cause:
@@ -191,13 +191,15 @@ def _why_it_fell(coulomb: Verdict, settings: Settings, closely: bool) -> Cause:
     return Cause.UNDECIDED if coulomb.outcome is Outcome.UNDECIDED else Cause.OPEN_FALL
 
 
-def _why_it_stood(static: Verdict, dynamic: DynamicVerdict, settings: Settings, closely: bool) -> Cause:
+def _why_it_stood(
+    static: Verdict, coulomb: Verdict, dynamic: DynamicVerdict, settings: Settings, closely: bool
+) -> Cause:
     """Return why an assembly stood for which no force field exists, or none without self-stress."""
     assembly = static.assembly
     if closely and _in_finer_steps(static, settings).outcome is DynamicOutcome.FALLS:
         return Cause.COARSE_STAND
     if closely and static.outcome is Outcome.STABLE:
-        return Cause.HELD
+        return Cause.UNDECIDED if coulomb.outcome is Outcome.UNDECIDED else Cause.HELD
     longer = replace(settings, resolution=CLOSER, end=LONGER * settings.end)
     if closely:
         slow = verify(assembly, settings=longer, interfaces=joints_as_found(static))

@@ -114,7 +114,7 @@ def buttress_loop(
     Raises
     ------
     InputError
-        When no wall may have buttresses, or one is too narrow for any. Also for an option that does not exist.
+        When no wall may have buttresses. Also for an option that does not exist.
     """
     sizes = {wall: sorted(_sizes(spec.thickness)) for wall, spec in building.buttresses.items()}
     if not sizes:

@@ -64,7 +64,7 @@ class IncrementalCurve:
 
     @property
     def first_block(self) -> str | None:
-        """The block that fell first at the collapse intensity; None where none ever did."""
+        """The block that fell first at the collapse intensity; None where none ever did, or a group did by Eq. 1."""
         return next((run.first_block for run in self.runs if run.intensity == self.upper), None)
 
     @property
@@ -112,7 +112,8 @@ class IncrementalAnalysis(Result):
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a reader should know of the runs, a sentence each."""
-        found = []
+        runs = [run for curve in self.curves for run in curve.runs]
+        found = list(dict.fromkeys(text for run in runs for text in run.warnings))
         for curve in self.curves:
             if curve.error:
                 found.append(f"{curve.name}: {curve.error}; the same call tries again")
@@ -168,7 +169,8 @@ class IncrementalAnalysis(Result):
             runs = f"{len(curve.runs)} run{'s' * (len(curve.runs) != 1)}"
             if np.isfinite(curve.upper):
                 stands = f"stands at {curve.lower:.4g} {unit}, " if curve.lower else ""
-                first = f"{stands}falls at {curve.upper:.4g} {unit}, {curve.first_block} first"
+                block = f", {curve.first_block} first" if curve.first_block else ""  # none by Eq. 1 alone
+                first = f"{stands}falls at {curve.upper:.4g} {unit}{block}"
             else:
                 first = f"stands up to {curve.lower:.4g} {unit}" if curve.runs else "no verdict"
             lines.append(f"{curve.name}: {first} ({runs}).")

@@ -41,6 +41,7 @@ class ScaledRun:
     first_block: str | None  #: the block that crossed the threshold first
     first_time: float | None  #: when it did [s]
     process_seconds: float
+    warnings: tuple[str, ...] = ()  #: of the verdict
 
     @property
     def fell(self) -> bool:
@@ -80,7 +81,7 @@ class Shaking:
         return ScaledRun(
             name, "" if motion is None else digest(motion), intensity, scale, verdict.outcome.word,
             verdict.max_displacement, verdict.max_rotation, verdict.first_block, verdict.first_time,
-            verdict.process_seconds,
+            verdict.process_seconds, verdict.warnings,
         )  # fmt: skip
 
     def digest(self, measure: str) -> str:
@@ -141,7 +142,7 @@ def _parts(thing: Any) -> Iterator[bytes]:
             yield from _parts(part)
     elif hasattr(thing, "__dataclass_fields__"):
         yield type(thing).__name__.encode()
-        yield from _parts([getattr(thing, field.name) for field in fields(thing)])
+        yield from _parts([getattr(thing, field.name) for field in fields(thing) if field.compare])  # no caches
     else:
         yield repr(thing).encode() + b";"
 
@@ -178,6 +179,11 @@ class Kept:
             By intensity.
         """
         return {run.intensity: run for run in self.runs if run.record == record}
+
+
+def _run_of(row: dict[str, Any]) -> ScaledRun:
+    """Return the run of a line; those of version 0.2.0 have no warnings."""
+    return ScaledRun(**{**row, "warnings": tuple(row.get("warnings", ()))})
 
 
 @contextmanager
@@ -217,7 +223,7 @@ def kept(directory: str | Path | None, shaking: Shaking, measure: str, motions: 
     head = {"runs": "dynsim ida", "of": shaking.digest(measure)}
     with locked(folder):
         other = "runs of another scene, other settings or another intensity measure"
-        runs = kept_rows(folder / FILE, head, lambda row: ScaledRun(**row), other=other)
+        runs = kept_rows(folder / FILE, head, _run_of, other=other)
         for run in runs:
             if run.record in motions and run.motion != digest(motions[run.record]):
                 raise InputError(

@@ -29,7 +29,8 @@ FIRST, SECOND = 0.98, 1.005
 GROWTH, STEP = 2.0, 0.025
 #: A load carried this many times over, in units of the weight, is called unbounded.
 UNBOUNDED = 64.0
-#: A bracket that still begins at 0 is halved down to this share of the first upper end.
+#: A bracket that still begins at 0 is halved down to this share of the first upper end. A static limit that is a
+#: smaller share of the weight is no guess.
 LEAST = 1e-6
 #: Outside a bracket, this far off relative to it, the verdicts are asked for once more.
 BESIDE = 0.05
@@ -59,7 +60,7 @@ class DynamicLimit(Result):
     """Bracket on the multiplier of a load at which an assembly ceases to stand in Bullet."""
 
     outcome: LimitOutcome
-    lower: float  #: largest multiplier below `upper` at which it stood
+    lower: float  #: largest multiplier below `upper` at which it stood; 0 where runs cannot tell one from 0
     upper: float  #: smallest multiplier at which it did not
     static: tuple[float, float]  #: the static bracket, associated flow
     trials: tuple[Trial, ...]  #: in the order they were run
@@ -69,9 +70,9 @@ class DynamicLimit(Result):
 
     @property
     def ratio(self) -> float | None:
-        """Return the middle of the bracket over the static upper bound; None where one of them is not finite."""
+        """Return the middle of the bracket over the static upper bound; None where one is infinite or not above 0."""
         middle = (self.lower + self.upper) / 2
-        return middle / self.static[1] if np.isfinite(middle) and np.isfinite(self.static[1]) else None
+        return middle / self.static[1] if self.lower > 0 and middle < np.inf and 0 < self.static[1] < np.inf else None
 
     def explain(self) -> str:
         """Return the bracket, its ratio to the static limit and all runs in words, one fact a line.
@@ -211,7 +212,8 @@ def limit(
     return DynamicLimit(
         outcome, lower, upper, (static.lower, static.upper), tuple(search.trials), process_time() - start,
         search.threshold,
-        (*_warnings(search.trials, lower, upper, unbounded=search.unbounded), *_creeping(settings)),
+        (*search.warnings, *_warnings(search.trials, lower, upper, unbounded=search.unbounded),
+         *_creeping(settings)),
     )  # fmt: skip
 
 
@@ -222,6 +224,16 @@ def _as_force(assembly: Assembly, load: Any) -> Floats:
     if direction.shape != (3,):
         return wrench
     return direction / np.linalg.norm(direction) * np.linalg.norm(assembly.gravity)
+
+
+def _greatest_share(assembly: Assembly, force: Floats) -> float:
+    """Largest share of its weight with which the load acts on a free block; 1 where it acts on none."""
+    strength = np.linalg.norm(assembly.gravity)
+    if force.shape == (3,):
+        return float(np.linalg.norm(force) / strength)
+    free = assembly.free
+    size = np.linalg.norm(force[free, :3], axis=1) + np.linalg.norm(force[free, 3:], axis=1) / assembly.size[free]
+    return float((size / (assembly.mass[free] * strength)).max()) or 1.0
 
 
 class _Search:
@@ -246,6 +258,10 @@ class _Search:
         chosen = None if settings is None else settings.brick_threshold
         self.threshold = chosen or default_threshold(assembly)
         self.trials: list[Trial] = []
+        self.warnings: dict[str, None] = {}  #: of the runs, each once
+        total = Constant(force).size(assembly)
+        self._unit = assembly.free_weight / total if total > 0 else 1.0  # where the load is as strong as the weight
+        self._blind = (settings or Settings()).resolution / _greatest_share(assembly, force)  # no run has to show less
 
     def stands(self, multiplier: float) -> bool:
         """Run the protocol at a multiplier."""
@@ -256,22 +272,23 @@ class _Search:
             float(multiplier), verdict.outcome.word, verdict.max_displacement, float(run.times[-1]), run.process_seconds
         )
         self.trials.append(trial)
+        self.warnings |= dict.fromkeys(verdict.warnings)
         if self._progress is not None:
             self._progress(trial)
         return _carries(trial, unbounded=self.unbounded)
 
     def bracket(self, guess: float | None) -> tuple[LimitOutcome, float, float]:
         """Outcome and bounds, from a guess of the limit or from nothing."""
-        low, high = self._below(guess) if guess is not None else self._from_nothing()
+        low, high = self._from_nothing() if guess is None or guess <= LEAST * self._unit else self._below(guess)
         if low is None:
             return LimitOutcome.DEAD_LOAD_FALLS, -np.inf, -np.inf
         if high is None:
             return LimitOutcome.UNBOUNDED, low, np.inf
-        least = 0.0 if low else LEAST * high
-        while high - low > self._width * high and (low or high > least):
+        least = LEAST * high
+        while high - low > self._width * high and high > (self._blind if low else least):
             middle = (low + high) / 2
             low, high = (middle, high) if self.stands(middle) else (low, middle)
-        return LimitOutcome.LIMIT, low, high
+        return LimitOutcome.LIMIT, low if low > self._blind else 0.0, high
 
     def _below(self, guess: float) -> tuple[float | None, float | None]:
         """Close to the guess first, then further and further away on the side that is open."""
@@ -280,7 +297,7 @@ class _Search:
             low, high = first, SECOND * guess
             while self.stands(high):
                 low, high, step = high, high + step, GROWTH * step
-                if high > UNBOUNDED * guess:
+                if high > UNBOUNDED * max(guess, self._unit):
                     return low, None
             return low, high
         high, low = first, first - step
@@ -295,12 +312,10 @@ class _Search:
         """No static limit to start from: loads about as strong as the weight, doubled."""
         if not self.stands(0.0):
             return None, None
-        total = Constant(self._force).size(self._assembly)
-        unit = self._assembly.free_weight / total if total > 0 else 1.0
-        low, high = 0.0, 0.5 * unit
+        low, high = 0.0, 0.5 * self._unit
         while self.stands(high):
             low, high = high, GROWTH * high
-            if high > UNBOUNDED * unit:
+            if high > UNBOUNDED * self._unit:
                 return low, None
         return low, high
 
@@ -327,7 +342,13 @@ def _warnings(trials: list[Trial], lower: float, upper: float, *, unbounded: boo
     stood = [t.multiplier for t in trials if _carries(t, unbounded=unbounded)]
     moved = [t.multiplier for t in trials if not _carries(t, unbounded=unbounded)]
     warnings = []
-    if lower == 0.0 and np.isfinite(upper):
+    faint = [m for m in stood if 0.0 < m < upper]
+    if lower == 0.0 and np.isfinite(upper) and faint:
+        warnings.append(
+            f"not resolved: it stood at {max(faint):.5g}, but a run need not show so small a load; the limit may be "
+            f"anywhere below {upper:.5g}"
+        )
+    elif lower == 0.0 and np.isfinite(upper):
         warnings.append(f"it moved down to a multiplier of {upper:.5g}; smaller ones above 0 were not tried")
     early, late = [m for m in moved if m <= lower], [m for m in stood if m >= upper]
     if early:

@@ -12,7 +12,7 @@ from blockstat.typing import Floats, Ints
 from dynsim.judge.criteria import default_threshold
 from dynsim.loads.load import Load
 from dynsim.loads.loading import Removal
-from dynsim.settings import SHOWN
+from dynsim.settings import LOOKS, SHOWN
 
 #: Blocks rock for long: after the last change of a load a run may take this many times `Settings.end`.
 AFTERWARDS = 3.0
@@ -20,8 +20,6 @@ AFTERWARDS = 3.0
 SAFE = 4.0
 #: Standard errors that are added to a trend.
 ERRORS = 2.0
-#: Looks that a parabola needs for an error of five degrees of freedom.
-LEAST = 8
 #: Times that differ by less are equal [s].
 ROUNDING = 1e-9
 #: Share of the window from which on a run without a trend may end. An imbalance at the resolution has moved a block of
@@ -124,9 +122,10 @@ class RestDetection:
     added, are below e g t / `SAFE` for all blocks. What trembles has no trend, what creeps has one that stays
     small, what falls has one that grows.
 
-    The time t is that since release, from `SOONEST` times T = `Settings.window` on, and never more than T. The velocity
-    of an imbalance grows as t and the error of a trend shrinks as t^(3/2): where blocks lie still the run ends early,
-    and where noise could hide an imbalance it goes on.
+    The time t is that since release, from `SOONEST` times T = `Settings.window` on, and never more than T. Where fewer
+    than `LOOKS` looks fit into t, the trend is that of the last `LOOKS`, and must be as slow. The velocity of an
+    imbalance grows as t and the error of a trend shrinks as t^(3/2): where blocks lie still the run ends early, and
+    where noise could hide an imbalance it goes on.
 
     For e g stands 2 `SHOWN` times the default threshold / T^2, as contact noise grows with the courses. At the scale of
     the simulation (see `dynsim.engine.world`) that is e g to 1.5 times e g for few courses, and `SAFE` times e g only
@@ -178,8 +177,9 @@ class RestDetection:
             self._moved.append(moved)
             length = min(time - self._times[0], self._window)
             first = bisect_right(self._times, time - length + ROUNDING) - 1  # the last look before that time
+            first = min(first, len(self._times) - LOOKS)  # a longer time than the window where looks are far apart
             fastest = 2 * SHOWN * self._threshold / self._window**2 * length / SAFE
-            enough = length > SOONEST * self._window - ROUNDING and 0 <= first <= len(self._times) - LEAST
+            enough = length > SOONEST * self._window - ROUNDING and first >= 0
             self.reached = bool(enough and self._speed(first) < fastest)
         return self.reached
 

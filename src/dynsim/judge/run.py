@@ -176,7 +176,7 @@ def simulate(
         stretch = np.sqrt(max(height_of(assembly) * world.length / TALL, 1.0))
         look = settings.substeps * settings.time_step
         settling = round(settings.settle * stretch / look) if world.settles else 0
-        coarse = round(settling * (1 - OWN_STEP)) if settings.settle_step else 0
+        coarse = min(round(settling * (1 - OWN_STEP)), settling - 1) if settings.settle_step else 0
         if settling:
             world.damp(1.0)
             world.set_time_step(settings.settle_step or settings.time_step)

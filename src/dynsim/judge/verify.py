@@ -13,7 +13,7 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.errors import known_options
+from blockstat.errors import InputError, known_options
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import weakened
 from dynsim.bonds.stiffness import caveats
@@ -62,8 +62,8 @@ def verify(
         Time steps, durations and thresholds; the default settings when None.
     loads : Load, array of shape (n_blocks, 6), or a sequence of them
         What acts besides the weight. An array holds wrenches about the centroids [N, N m], as in `blockstat.assess`.
-        Under loads that last or change, blocks rock and slide and come to rest elsewhere. The default threshold is then
-        the size of a block. What the loads themselves move is added to it, and to thresholds that are given.
+        Under loads that change, blocks rock and slide and come to rest elsewhere. The default threshold is then the
+        size of a block. What the loads themselves move is added to it, and to thresholds that are given.
     actions : sequence of Action
         What else acts on the blocks, such as `AngularSprings` or `InertiaScale`.
     gap : float or str, optional
@@ -92,9 +92,9 @@ def verify(
     ------
     InputError
         When nothing is supported or nothing is free, when the group of Eq. 1 or a block of a load does not exist, when
-        a joint law cannot be simulated (see `dynsim.bonds.glue`), when blocks do not meet at joints that statics count
-        as closed and cannot be made to, or for a scene that the engine cannot simulate, and where it is not installed.
-        Also for an engine or an option that does not exist.
+        removals leave nothing that can move, when a joint law cannot be simulated (see `dynsim.bonds.glue`), when
+        blocks do not meet at joints that statics count as closed and cannot be made to, or for a scene that the engine
+        cannot simulate, and where it is not installed. Also for an engine or an option that does not exist.
 
     Notes
     -----
@@ -131,21 +131,28 @@ def verify(
             settings
         )
     if verdict.outcome is DynamicOutcome.FALLS and np.isfinite(last_change(acting)):
-        verdict = replace(verdict, falls_alone=_falls_alone(scene, given, acting, actions))
+        alone, spent = _falls_alone(scene, replace(settings, end=given.end), acting, actions)
+        run = replace(verdict.run, process_seconds=verdict.process_seconds + spent)
+        verdict = replace(verdict, falls_alone=alone, run=run)
     if scene.warnings:
         verdict = replace(verdict, corners_moved=scene.moved, misfit=scene.misfit)
     return replace(verdict, warnings=(*scene.warnings, *verdict.warnings))
 
 
-def _falls_alone(scene: ClosedScene, settings: Settings, loads: Sequence[Load], actions: Sequence[Action]) -> bool:
-    """Whether blocks fall without the loads that change: by statics, or by a run where statics leave it open."""
+def _falls_alone(
+    scene: ClosedScene, settings: Settings, loads: Sequence[Load], actions: Sequence[Action]
+) -> tuple[bool, float]:
+    """Whether blocks fall without the loads that change, and the process time of the runs that say so [s].
+
+    It is by statics, or by a run where statics leave it open.
+    """
     lasting = [load for load in loads if np.isinf(load.end)]
     if not (lasting or actions):
         static = assess(scene.assembly, interfaces=scene.interfaces, flow="coulomb", score=False).outcome
         if static in (Outcome.STABLE, Outcome.UNSTABLE):
-            return static is Outcome.UNSTABLE
+            return static is Outcome.UNSTABLE, 0.0
     verdict = _verify(scene.assembly, settings, lasting, actions, scene.interfaces, None, None)
-    return verdict.outcome is DynamicOutcome.FALLS
+    return verdict.outcome is DynamicOutcome.FALLS, verdict.process_seconds
 
 
 def _verify(
@@ -162,13 +169,15 @@ def _verify(
     runs = stages(assembly, settings, interfaces)
     settings = replace(settings, iterations=runs.first.iterations)
     evaluate = _Evaluator(assembly, settings, acting, actions, interfaces, reserve=reserve, progress=progress)
+    spent = 0.0
     constant = [load for load in acting if isinstance(load, Constant)]
     if len(constant) == len(acting) and not actions and (weak := weakened(assembly, interfaces, constant)) is not None:
         verdict = _Evaluator(weak, settings, acting, actions, interfaces, progress=progress)(settings)
         if verdict.outcome is DynamicOutcome.STANDS:
-            return replace(verdict, run=replace(verdict.run, assembly=assembly), warnings=(*verdict.warnings, WEAKER))
+            return replace(verdict, warnings=(*verdict.warnings, WEAKER))
+        spent = verdict.process_seconds
     if acting or actions or any(law.strong for law in assembly.joints):
-        return evaluate(settings)
+        return evaluate(settings, spent)
     return _staged(evaluate, runs, reserve)
 
 
@@ -223,6 +232,8 @@ class _Evaluator:
         self._reserve, self._progress = reserve, progress
         self._group, blocks = _roof(assembly, settings.group)
         self._judged = stays(assembly, loads)
+        if not len(self._judged):
+            raise InputError("removal: nothing that can move is left")
         self._blocks = np.intersect1d(blocks, self._judged)
         self._roof = threshold_under(assembly, loads, settings.roof_threshold)
         self._brick = threshold_under(assembly, loads, settings.brick_threshold)

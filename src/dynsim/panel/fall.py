@@ -85,8 +85,7 @@ class FallPanel:
         """End a run; what is known already stays."""
         if self._worker is not None and self._worker.running:
             self._end()
-            if self._fallen is None:
-                self._say("Bullet was stopped.")
+            self._ended("Bullet was stopped.")
 
     def play(self) -> None:
         """Show the film."""
@@ -116,8 +115,16 @@ class FallPanel:
             self._say(message.message)
             self._end()
         elif isinstance(message, Crashed):
-            self._say(f"Bullet ended without an answer: {message.message}")
+            answer = "an answer" if self._fallen is None else "a film"
+            self._ended(f"Bullet ended without {answer}: {message.message}")
             self._end()
+
+    def _ended(self, text: str) -> None:
+        """Say how a run ended, below the verdict where it is known."""
+        if self._fallen is None:
+            self._say(text)
+        else:
+            self._show(text)
 
     def _end(self) -> None:
         if self._worker is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
+import zlib
 from dataclasses import fields
 from pathlib import Path
 
@@ -175,7 +176,7 @@ def read_run(path: str | Path) -> Run:
             kept = {name: data[name] for name in data.files}
     except OSError as error:
         raise InputError(f"{path}: {error.strerror or error}") from None
-    except (ValueError, zipfile.BadZipFile, AttributeError, TypeError):
+    except (ValueError, EOFError, zlib.error, zipfile.BadZipFile, AttributeError, TypeError):
         raise InputError(f"{path}: not an NPZ file") from None
     if int(kept.get("format", 0)) != FORMAT:
         raise InputError(f"{path}: not a run of this version of dynsim")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.contact.interfaces import GAP
+from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError
 from blockstat.system.writing import written_whole
 from blockstat.typing import Floats, Ints
@@ -18,7 +18,7 @@ from blockstat.view.plot import SUPPORT, save_figure
 from dynsim.engine.world import Action, World
 from dynsim.judge.run import Run, simulate
 from dynsim.judge.verdict import DynamicVerdict
-from dynsim.loads.load import Loads, as_loads
+from dynsim.loads.load import Loads
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,6 +44,7 @@ def past_verdict(
     loads: Loads = (),
     actions: Sequence[Action] = (),
     gap: float | str = GAP,
+    interfaces: Interfaces | None = None,
 ) -> Run:
     """Simulate the run of a verdict again, and go on past the moment at which it was decided.
 
@@ -57,7 +58,7 @@ def past_verdict(
         What `verify` returned.
     seconds : float
         How long to go on [s].
-    loads, actions, gap : optional
+    loads, actions, gap, interfaces : optional
         Those that `verify` was called with. A verdict does not keep them: with others, or where they are left out, the
         film is of another motion than the one that was judged.
 
@@ -89,10 +90,10 @@ def past_verdict(
     end = (float(run.times[-1]) + seconds) * run.pace
     # The longest window belongs to a resolution; a run that is not judged needs none.
     settings = replace(verdict.settings, end=max(end, verdict.settings.look_every), resolution=1.0)
-    travel = sum(load.travel for load in as_loads(run.assembly, loads))
-    floor = [_Floor(float(run.times[-1]), verdict.brick_threshold + verdict.settling + travel)]
+    floor = [_Floor(float(run.times[-1]), verdict.brick_threshold + verdict.settling)]
     beside = [*actions, *(floor if run.engine == "bullet" else [])]
-    return simulate(run.assembly, settings=settings, loads=loads, actions=beside, gap=gap, engine=run.engine)
+    joints: dict[str, Any] = {"gap": gap, "interfaces": interfaces}
+    return simulate(run.assembly, settings=settings, loads=loads, actions=beside, engine=run.engine, **joints)
 
 
 class _Floor:

@@ -49,6 +49,7 @@ class ContactPairs:
     corner: np.ndarray  #: whether the point is a corner of a, and of b, shape (n, 2) bool
     normal: Floats  #: unit normal of the joint at rest, from a to b, shape (n, 3)
     friction: Floats  #: coefficient of friction, shape (n,)
+    area: Floats  #: part of the contact area of the joint that the point stands for, shape (n,) [m2]
     #: displacement of the points of a and b by a unit movement of the supports, beside that of their blocks; zero where
     #: the block is not a moving support, shape (n, 2, 3)
     drive: Floats
@@ -124,6 +125,7 @@ def pairs_at_rest(assembly: Assembly, interfaces: Interfaces) -> ContactPairs:
         edge=edge,
         normal=normal,
         friction=joint_friction(assembly, interfaces)[joint],
+        area=interfaces.point_share * interfaces.area[joint],
         drive=np.zeros((len(joint), 2, 3)),
     )
 

@@ -139,7 +139,7 @@ def read_control(limit: LimitLoad, live: PointLoads, given: Any) -> Control:
     Returns
     -------
     Control
-        Along the resultant of the load, or against it where the mechanism moves it so.
+        Along the resultant of the load on free blocks, or against it where the mechanism moves it so.
 
     Raises
     ------
@@ -147,9 +147,10 @@ def read_control(limit: LimitLoad, live: PointLoads, given: Any) -> Control:
         For a block or group that does not exist, or a control that does not move.
     """
     assembly = limit.assembly
-    along = live.force.sum(axis=0)
-    if not np.linalg.norm(along) > MIN_RESULTANT * np.abs(live.force).sum():
-        raise InputError("the forces of the load have no resultant, so no displacement is along them")
+    force = live.force[~assembly.support[live.block]]
+    along = force.sum(axis=0)
+    if not np.linalg.norm(along) > MIN_RESULTANT * np.abs(force).sum():
+        raise InputError("the forces of the load have no resultant on free blocks, so no displacement is along them")
     along = along / np.linalg.norm(along)
     if given is None:
         return _oriented(limit, _corner_that_moves_most(limit, along))

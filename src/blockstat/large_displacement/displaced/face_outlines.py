@@ -1,12 +1,13 @@
-"""The faces of joints at rest: the corners of each block's face, in order."""
+"""The faces of joints at rest as convex polygons: several where the faces of a block do not fill their hull."""
 
 from __future__ import annotations
 
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.contact.faces import outline_hull
+from blockstat.contact.faces import FILLED, convex_pieces, joined_convex, outline_hull
 from blockstat.contact.interfaces import Interfaces
 from blockstat.typing import Floats, Ints
 
@@ -22,14 +23,14 @@ SAME_FACE_DISTANCE = 1e-3
 
 
 class FaceOutlines:
-    """Outlines of the two faces of joints, each found when it is first asked for."""
+    """Convex polygons of the faces on the two sides of joints, found when they are first asked for."""
 
     def __init__(self, assembly: Assembly, interfaces: Interfaces) -> None:
         self._assembly, self._interfaces = assembly, interfaces
-        self._found: dict[int, tuple[Floats, Floats]] = {}
+        self._found: dict[int, list[tuple[Floats, Floats]]] = {}
 
-    def of(self, joints: Ints) -> Floats:
-        """Return the corners of the two faces of joints at rest.
+    def of(self, joints: Ints) -> tuple[Ints, Floats]:
+        """Return the corners of the faces of joints at rest: each polygon of block a with each one of block b.
 
         Parameters
         ----------
@@ -38,32 +39,43 @@ class FaceOutlines:
 
         Returns
         -------
-        Floats
-            Shape (k, 2, w, 3) [m]: of each face, counter-clockwise seen against the joint's normal. A face with fewer
+        owner : Ints
+            Which of the joints each row is of, ascending, shape (n,). Most joints have one row: the faces of either
+            block fill their convex hull.
+        corner : Floats
+            Shape (n, 2, w, 3) [m]: of each polygon, counter-clockwise seen against the joint's normal. One with fewer
             than w corners repeats its last one.
         """
         for joint in map(int, joints):
             if joint not in self._found:
-                self._found[joint] = (self._outline(joint, 0), self._outline(joint, 1))
-        outlines = [self._found[int(joint)] for joint in joints]
+                self._found[joint] = list(product(self._polygons(joint, 0), self._polygons(joint, 1)))
+        rows = [(k, pair) for k, joint in enumerate(joints) for pair in self._found[int(joint)]]
+        outlines = [pair for _, pair in rows]
         width = max((len(outline) for pair in outlines for outline in pair), default=0)
         corner = np.empty((len(outlines), 2, width, 3))
         for k, pair in enumerate(outlines):
             for side, outline in enumerate(pair):
                 corner[k, side, : len(outline)] = outline
                 corner[k, side, len(outline) :] = outline[-1]
-        return corner
+        return np.array([k for k, _ in rows], dtype=np.int64), corner
 
-    def _outline(self, joint: int, side: int) -> Floats:
-        """The convex hull in the joint's plane of the corners of one face, shape (n, 3) [m]."""
-        corner = self._corners(joint, side)
+    def _polygons(self, joint: int, side: int) -> list[Floats]:
+        """Convex polygons in the joint's plane that the faces of one block fill, each of shape (n, 3) [m]."""
+        import shapely
+
+        faces = self._faces(joint, side)
+        corner = np.concatenate(faces)
         flat = (corner - corner[0]) @ self._interfaces.frame[joint, 1:].T
-        nearest = np.linalg.norm(outline_hull(flat)[:, None] - flat, axis=2).argmin(axis=1)
-        outline: Floats = corner[nearest]
-        return outline
+        hull, ends = outline_hull(flat), np.cumsum([len(face) for face in faces])[:-1]
+        filled = shapely.union_all([shapely.make_valid(shapely.Polygon(face)) for face in np.split(flat, ends)])
+        polygons = [hull]
+        if shapely.Polygon(hull).area > (1 + FILLED) * filled.area:
+            parts = [part for part in shapely.get_parts(filled) if part.geom_type == "Polygon"]
+            polygons = joined_convex([piece for part in parts for piece in convex_pieces(part)])
+        return [corner[np.linalg.norm(one[:, None] - flat, axis=2).argmin(axis=1)] for one in polygons]
 
-    def _corners(self, joint: int, side: int) -> Floats:
-        """Corners at rest of those faces of a block that lie in a joint, shape (n, 3) [m]."""
+    def _faces(self, joint: int, side: int) -> list[Floats]:
+        """Corners at rest of those faces of a block that lie in a joint, each of shape (n, 3) [m]."""
         assembly, interfaces = self._assembly, self._interfaces
         block, normal = int(interfaces.pair[joint, side]), interfaces.frame[joint, 0]
         points = interfaces.point[interfaces.start[joint] : interfaces.start[joint + 1]]
@@ -74,9 +86,6 @@ class FaceOutlines:
         distance = float(interfaces.gap[joint]) + SAME_FACE_DISTANCE * float(assembly.size[block])
         rows = faces[facing & (height <= distance)]
         if not len(rows):
-            return points
-        own = np.concatenate(
-            [assembly.face_vertices[assembly.face_start[f] : assembly.face_start[f + 1]] for f in rows]
-        )
-        found: Floats = assembly.vertices[np.unique(own)]
-        return found
+            return [points]
+        start = assembly.face_start
+        return [assembly.vertices[assembly.face_vertices[start[f] : start[f + 1]]] for f in rows]

@@ -1,14 +1,23 @@
-"""Contact points of joints that slide: the corners of the overlap of the two faces at a pose."""
+"""Contact points of joints that slide: the corners of the overlap of the two faces at a pose.
+
+Where the faces of a block are several convex polygons, each is overlapped with each one of the other block, and the
+points are the corners of the hull of all overlaps.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from blockstat.geometry.clipping import clip, corners
+from blockstat.contact.coplanar import corner_shares, shares_of_parts
+from blockstat.contact.faces import outline_hull
+from blockstat.geometry.clipping import area, clip, corners
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, ContactPairs, concatenate
 from blockstat.large_displacement.displaced.pose import Pose, displaced_points, points_at_rest
 from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.typing import Floats, Ints
+
+#: An overlap of faces with fewer corners, those nearer to each other than `CORNER_TOLERANCE` being one, has no area.
+AREA_CORNERS = 3
 
 
 def with_overlap_points(
@@ -56,12 +65,13 @@ def overlap_points(
         return contacts.select(joints)
     assembly, interfaces = structure.assembly, structure.interfaces
     known, first = np.unique(contacts.joint, return_index=True)
-    first = first[np.searchsorted(known, joints)]
-    pair, drive, at_rest = interfaces.pair[joints], contacts.drive[first], interfaces.frame[joints]
+    owner, faces = structure.outlines.of(joints)
+    joint = joints[owner]
+    first = first[np.searchsorted(known, joint)]
+    pair, drive, at_rest = interfaces.pair[joint], contacts.drive[first], interfaces.frame[joint]
     turned = pose.rotation[pair] @ at_rest.transpose(0, 2, 1)[:, None]
     frame = _mean_frames(turned)
     normal = turned[..., 0]
-    faces = structure.outlines.of(joints)
     width = faces.shape[2]
     now = displaced_points(assembly, pose, np.repeat(pair, width), faces.reshape(-1, 3)).reshape(faces.shape)
     now += parameter * drive[:, :, None]
@@ -69,6 +79,8 @@ def overlap_points(
     polygon, count = clip(outline[:, 0], outline[:, 1])
     tolerance = CORNER_TOLERANCE * assembly.size[pair].min(axis=1)
     own, which = np.nonzero(corners(polygon, count, tolerance))
+    kept, share = _corners_of_hulls(owner, own, polygon[own, which], np.maximum(area(polygon, count), 0.0), tolerance)
+    own, which = own[kept], which[kept]
     point = polygon[own, which]
     flat = np.einsum("nt,nti->ni", point, frame[own, 1:])
     across, slope = frame[own, 0], np.einsum("ki,ksi->ks", frame[:, 0], normal)[own]
@@ -87,15 +99,61 @@ def overlap_points(
     material = place - parameter * drive[own]
     anchor = points_at_rest(assembly, pose, pair[own].reshape(-1), material.reshape(-1, 3)).reshape(place.shape)
     return ContactPairs(
-        joint=joints[own],
+        joint=joint[own],
         pair=pair[own],
         anchor=anchor,
         corner=corner,
         normal=at_rest[own, 0],
         friction=contacts.friction[first[own]],
+        area=share,
         drive=drive[own],
         edge=edge,
     )
+
+
+def _corners_of_hulls(owner: Ints, own: Ints, point: Floats, size: Floats, tolerance: Floats) -> tuple[Ints, Floats]:
+    """Those corners of overlaps that are corners of the hull of all overlaps of their joint.
+
+    Parameters
+    ----------
+    owner
+        Joint of each overlap, ascending, shape (n,).
+    own
+        Overlap of each corner, ascending, shape (k,).
+    point
+        Corners, those of a joint in one plane, shape (k, 2) [m].
+    size
+        Areas of the overlaps, shape (n,) [m2].
+    tolerance
+        Corners nearer to each other than this are one, shape (n,) [m].
+
+    Returns
+    -------
+    kept : Ints
+        Numbers of corners, joint by joint.
+    share : Floats
+        The part of the area of the overlaps that each of them stands for [m2].
+    """
+    corner_count = np.bincount(own, minlength=len(owner))
+    share = corner_shares(point, np.append(0, np.cumsum(corner_count))) * size[own]
+    kept, joint = np.ones(len(own), dtype=bool), owner[own]
+    parts: list[Ints] = []
+    for several in np.flatnonzero(np.bincount(owner) > 1):
+        mine = np.flatnonzero(joint == several)
+        kept[mine] = False
+        flat = mine[corner_count[own[mine]] >= AREA_CORNERS]
+        if not len(flat):  # edges that touch, or nothing
+            parts.append(mine[own[mine] == own[mine[:1]]])
+            continue
+        hull = outline_hull(point[flat])
+        hull = hull[corners(hull[None], np.array([len(hull)]), tolerance[own[flat[:1]]])[0]]
+        chosen = flat[np.linalg.norm(hull[:, None] - point[flat], axis=2).argmin(axis=1)]
+        overlaps = np.unique(own[flat])
+        share[chosen] = shares_of_parts(hull, [point[own == row] for row in overlaps]) * size[overlaps].sum()
+        parts.append(chosen)
+    found = np.concatenate([np.flatnonzero(kept), *parts])
+    found = found[np.argsort(joint[found], kind="stable")]
+    return found, share[found]
 
 
 def _mean_frames(turned: Floats) -> Floats:

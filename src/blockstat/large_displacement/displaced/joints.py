@@ -54,8 +54,8 @@ def displaced_interfaces(
     -------
     interfaces : Interfaces
         A joint whose points are all closed and whose blocks are not rotated against each other is one interface with
-        its area. Any other joint has no area, and gives one interface for the corners of each block that touch the
-        other, and one for each crossing of edges.
+        the area of its contact at the pose. Any other joint has no area, and gives one interface for the corners of
+        each block that touch the other, and one for each crossing of edges.
     contact : Ints
         The pair of each contact point of `interfaces`, shape (n_points,).
     """
@@ -73,19 +73,19 @@ def displaced_interfaces(
     key = np.column_stack([contacts.joint[point], kind, crossing])
     start = np.flatnonzero(np.append(True, (np.diff(key, axis=0) != 0).any(axis=1))) if len(point) else np.empty(0, int)
     first = point[start]
-    joint, whole = contacts.joint[first], kind[start] == PLANE_JOINT
+    start = np.append(start, len(point))
+    joint, whole = contacts.joint[first], kind[start[:-1]] == PLANE_JOINT
     along = np.einsum("nij,nj->ni", pose.rotation[interfaces.pair[joint, 0]], interfaces.frame[joint, 1])
-    share = None
-    if whole.all() and (interfaces.share is not None or assembly.joints):
-        share = interfaces.point_share[point]
+    area, share = _areas(contacts.area[point], whole, start)
     return Interfaces(
         pair=interfaces.pair[joint],
-        frame=_frames(normal[first, kind[start]], along),
-        area=np.where(whole, interfaces.area[joint], 0.0),
+        frame=_frames(normal[first, kind[start[:-1]]], along),
+        area=area,
         gap=np.zeros(len(joint)),
         point=np.where((kind < CROSSING)[:, None], points[point, np.minimum(kind, 1)], middle[point]),
-        start=np.append(start, len(point)),
-        share=share,
+        start=start,
+        share=share if assembly.joints else None,
+        friction=contacts.friction[first],
     ), point
 
 
@@ -97,6 +97,15 @@ def _plane_joints(interfaces: Interfaces, contacts: ContactPairs, closed: np.nda
     still = np.bincount(contacts.joint[closed], minlength=interfaces.n_interfaces)
     found: np.ndarray = (still == count) & (rotation <= ROTATION_TOLERANCE)
     return found
+
+
+def _areas(area: Floats, whole: np.ndarray, start: Ints) -> tuple[Floats, Floats]:
+    """Areas of interfaces [m2], zero unless they are whole, and the share of each of their points."""
+    count = np.diff(start)
+    own = np.repeat(np.arange(len(count)), count)
+    total = np.where(whole, np.bincount(own, area, len(count)), 0.0)
+    share: Floats = np.where(total[own] > 0, area / np.where(total > 0, total, 1.0)[own], 1.0 / count[own])
+    return total, share
 
 
 def _frames(n: Floats, along: Floats) -> Floats:

@@ -13,6 +13,7 @@ from blockstat.large_displacement.linkage.jump import FALLING_TOGETHER, MAX_PART
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEvent, PathPoint
 from blockstat.large_displacement.linkage.root_finding import NoRootError
+from blockstat.program.ties import tied_pairs
 from blockstat.typing import Ints
 
 #: The first and shortest step of a fall. Relative to the longest step. Chosen: contacts that stop a fall may be near.
@@ -114,7 +115,7 @@ def _jump(start: TrialState, end: TrialState, last: PathPoint, after: float | No
 
 
 def _without_blocks(trial: TrialState, blocks: Ints) -> Linkage | None:
-    """The linkage without blocks, which become supports without contacts.
+    """The linkage without blocks, which become supports without contacts or ties.
 
     None where most of the control is on them, or nothing else is left that moves.
     """
@@ -126,7 +127,10 @@ def _without_blocks(trial: TrialState, blocks: Ints) -> Linkage | None:
     weight = np.linalg.norm(control.along, axis=1)
     if support.all() or weight[gone[control.block]].sum() > MAX_PART_FALLEN * weight.sum():
         return None
-    structure = replace(linkage.structure, assembly=replace(linkage.assembly, support=support))
+    pairs = tied_pairs(linkage.assembly)
+    ties = tuple(tie for tie, own in zip(linkage.assembly.ties, gone[pairs].any(axis=1), strict=True) if not own)
+    structure = replace(linkage.structure, assembly=replace(linkage.assembly, support=support, ties=ties))
+    none = np.empty(0, dtype=np.int64)  # the next motion tells which ties hold, and which are slack
     kept = np.flatnonzero(~gone[linkage.contacts.pair].any(axis=1))
     return replace(
         linkage,
@@ -134,4 +138,6 @@ def _without_blocks(trial: TrialState, blocks: Ints) -> Linkage | None:
         contacts=linkage.contacts.select(kept),
         sticking=linkage.sticking[kept],
         sliding=linkage.sliding[kept],
+        ties=none,
+        slack=none,
     )

@@ -238,4 +238,7 @@ class StepFollower:
             else:
                 low, below = middle, excess(found)
         # The multiplier falls below zero at a change of the mechanism, unless what is on the way there is not known.
-        yield (lost if lost is PathEnd.LOST else PathEnd.COLLAPSE) if end is PathEnd.ZERO else end
+        if end is PathEnd.ZERO:
+            yield lost if lost is PathEnd.LOST else PathEnd.COLLAPSE
+        else:  # blocks that fall may be caught again beyond
+            yield lost if lost is PathEnd.LOCKED else PathEnd.LOST

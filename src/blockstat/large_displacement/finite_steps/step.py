@@ -8,7 +8,7 @@ import numpy as np
 
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, gaps, pair_points, rejoined
 from blockstat.large_displacement.displaced.control import conjugate_control
-from blockstat.large_displacement.displaced.face_overlap import overlap_points, with_overlap_points
+from blockstat.large_displacement.displaced.face_overlap import AREA_CORNERS, overlap_points, with_overlap_points
 from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.displaced.structure import slack_of_ties
 from blockstat.large_displacement.finite_steps.contact_projection import projected_onto_zero_gap
@@ -29,8 +29,6 @@ MAX_MACRO_BLOCK_GAP = 1e-3
 #: The projection keeps contacts open whose gap is larger than this. Relative to the step. Chosen: a step of that length
 #: cannot close them.
 PROJECTION_REACH = 10
-#: An overlap of faces with fewer corners, those nearer to each other than `CORNER_TOLERANCE` being one, has no area.
-AREA_CORNERS = 3
 
 
 def stepped(trial: TrialState, step: float) -> TrialState:

@@ -81,6 +81,9 @@ class LinkageFollower:
             yield PathEnd.LOST
             return
         yield state
+        if self.ends_at_zero and state.point.value <= 0:  # joints that open have lost their tension
+            yield PathEnd.ZERO
+            return
         try:
             yield from self._pieces(state)
         except NoRootError:

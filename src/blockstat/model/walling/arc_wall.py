@@ -117,6 +117,8 @@ def _strip(
     for k, opening in enumerate(run.openings):
         if not opening.present:
             continue
+        if opening.segment:
+            raise InputError(f"{label}: openings[{k}]: segment is {opening.segment}; a round wall has one, 0")
         if opening.head != "lintel":
             raise InputError(f"{label}: openings[{k}]: head is {opening.head!r}; a round wall has lintels only")
         if opening.width / radius > WIDEST:
