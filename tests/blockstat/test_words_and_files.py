@@ -106,7 +106,7 @@ def test_the_thinnest_pruned_design_is_drawn_with_its_values(tmp_path, monkeypat
     pruned = [Candidate({name: t}, "unstable", 1.0, "pruned", t / 2, 2, 0.0, 0.0) for t in (0.4, 0.2)]
     figures = report.write_designs(SearchResult(scene, None, None, tuple(pruned)), tmp_path)
     assert [figure.path.name for figure in figures] == ["building.png", "mechanism.png"]
-    assert "none stood" in figures[0].caption
+    assert figures[0].caption == "The design the search started from."
     assert "0.2" in figures[1].caption
     assert "0.4" not in figures[1].caption
 

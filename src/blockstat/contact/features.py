@@ -286,7 +286,8 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
         )
         middle = flat[own[which], 0] + ((begin + finish) / 2)[:, None] * (flat[own[which], 1] - flat[own[which], 0])
         parts.append((own[which], begin, finish, state, *_nearest(middle, polygon[which], sides[which])))
-    which, begin, finish, state, other, inset = (np.concatenate(column) for column in zip(*parts, strict=True))
+    columns: list[Any] = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    which, begin, finish, state, other, inset = columns
     share = np.stack([begin, finish], axis=1)
     heights = height[which, :1] + share * (height[which, 1:] - height[which, :1])
     points = ends[which, :1] + share[..., None] * (ends[which, 1:] - ends[which, :1]) + centre[face[which]][:, None]

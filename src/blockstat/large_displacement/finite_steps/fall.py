@@ -128,7 +128,8 @@ def _without_blocks(trial: TrialState, blocks: Ints) -> Linkage | None:
     if support.all() or weight[gone[control.block]].sum() > MAX_PART_FALLEN * weight.sum():
         return None
     pairs = tied_pairs(linkage.assembly)
-    ties = tuple(tie for tie, own in zip(linkage.assembly.ties, gone[pairs].any(axis=1), strict=True) if not own)
+    held = np.flatnonzero(~gone[pairs].any(axis=1))
+    ties = tuple(linkage.assembly.ties[tie] for tie in held)
     structure = replace(linkage.structure, assembly=replace(linkage.assembly, support=support, ties=ties))
     none = np.empty(0, dtype=np.int64)  # the next motion tells which ties hold, and which are slack
     kept = np.flatnonzero(~gone[linkage.contacts.pair].any(axis=1))
