@@ -1,6 +1,6 @@
 """Proof files of all reference values, shared cases and the chapel, checked by extras/check_proof.py; size and seconds.
 
-    python -m evidence.checks.proofs [--only rows cases sizes] [--write docs/results/proofs.md]
+    python -m evidence.checks.proofs [--only rows cases sizes] [--largest BLOCKS] [--write docs/results/proofs.md]
 
 A reference value is taken for proved if each kind of answer that its computation gave (stable, unstable, a bracket) has
 an accepted proof: of the answer nearest the value that has one. Values that are no such answer are counted by
@@ -31,6 +31,8 @@ from evidence.tables import table
 
 #: Answers before the last one of its kind that are tried: each bisection halves the distance to the limit.
 BACK = 20
+#: Blocks of the walls that are judged, proved and checked with their seconds.
+SIZES = (10, 30, 100, 300, 1000)
 
 
 def checker() -> ModuleType:
@@ -140,10 +142,10 @@ def cases() -> dict[str, str]:
 NO_CASE = ("expected", "contacts")
 
 
-def sizes() -> list[list[object]]:
-    """Blocks, contacts, seconds to judge and to prove, megabytes and seconds to check, of walls from 10 to 1,000."""
+def sizes(largest: int) -> list[list[object]]:
+    """Blocks, contacts, seconds to judge and to prove, megabytes and seconds to check, by the size of a wall."""
     found: list[list[object]] = []
-    for blocks in (10, 30, 100, 300, 1000):
+    for blocks in (size for size in SIZES if size <= largest):
         for word, make in (("stable", pushed_wall), ("unstable", falling_wall)):
             wall = make(blocks)
             start = process_time()
@@ -175,12 +177,13 @@ def counted(what: str, found: dict[str, str], without: str) -> str:
 if __name__ == "__main__":
     options = parser(__doc__)
     options.add_argument("--only", nargs="+", choices=["rows", "cases", "sizes"], default=["rows", "cases", "sizes"])
+    options.add_argument("--largest", type=int, default=max(SIZES), metavar="BLOCKS", help="of the walls")
     chosen = options.parse_args()
     warnings.simplefilter("ignore", InputWarning)
     figures: dict[str, Any] = {}
     parts: dict[str, str] = {}
     if "sizes" in chosen.only:  # before answers are listened to
-        figures["sizes"] = sizes()
+        figures["sizes"] = sizes(chosen.largest)
         names = ("blocks", "verdict", "contacts", "verdict [s]", "proof [s]", "file [MB]", "check [s]")
         parts["sizes"] = table(names, figures["sizes"])
     if "cases" in chosen.only:

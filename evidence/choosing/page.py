@@ -1,7 +1,7 @@
 """How exact, for how long: the tables of docs/choosing.md and its picture.
 
     python -m evidence.choosing.page [--only limits curves runs draws] [--steps N] [--draws N]
-        [--tolerance T] [--json] [--write docs/results/choosing.md]
+        [--tolerance T] [--within SHARE] [--json] [--write docs/results/choosing.md]
 
 Seconds are process time. `--write` takes all four parts, and draws docs/choosing.png.
 """
@@ -53,13 +53,14 @@ def main() -> None:
     options.add_argument("--steps", type=int, default=max(curves.STEPS), metavar="N", help="of the walls, at most")
     options.add_argument("--draws", type=int, default=max(draws.DRAWS), metavar="N", help="at most")
     options.add_argument("--tolerance", type=float, default=min(limits.TOLERANCES), metavar="T", help="at least")
+    options.add_argument("--within", type=float, default=runs.WITHIN, metavar="SHARE", help="of the limits in Bullet")
     chosen = options.parse_args()
     if chosen.write and set(chosen.only) != set(TITLES):
         options.error("--write takes all parts; leave --only out")
     measure = {
         "limits": partial(limits.measured, chosen.tolerance),
         "curves": partial(curves.measured, chosen.steps),
-        "runs": runs.measured,
+        "runs": partial(runs.measured, chosen.within),
         "draws": partial(draws.measured, chosen.draws),
     }
     found: dict[str, Any] = {}

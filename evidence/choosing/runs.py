@@ -6,7 +6,7 @@ imbalance is that work as a share of the sum of weight times speed, which is wha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,14 +105,13 @@ def judged(one: Known, setting: str, settings: Settings, within: float = WITHIN)
     )  # fmt: skip
 
 
-def measured(progress: Callable[[Judged], None] = lambda _: None) -> list[Judged]:
-    """All scenes with all settings."""
+def measured(within: float = WITHIN) -> list[Judged]:
+    """All scenes with all settings; the limits are bracketed within this share."""
     rows = []
     for one in known():
         verify(one.pushed(LOW))  # imports and first calls are no part of any row
         for setting, settings in choices().items():
-            rows.append(judged(one, setting, settings))
-            progress(rows[-1])
+            rows.append(judged(one, setting, settings, within))
     return rows
 
 

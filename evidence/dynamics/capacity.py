@@ -1,6 +1,6 @@
 """Capacity curves beside Bullet: released on either side of a point of the curve, do the blocks go back or on?
 
-    python -m evidence.dynamics.capacity [--scenes N] [--json] [--write FILE]
+    python -m evidence.dynamics.capacity [--scenes N] [--places N] [--json] [--write FILE]
 
 Random arches, arches on piers, walls in running bond pushed in and out of their plane, and facades in bond with side
 walls. A point of the curve is taken half-way down, by its multiplier. Under that multiplier, held constant, the blocks
@@ -158,7 +158,7 @@ def row(name: str, asm: Assembly, direction: tuple[float, float, float]) -> Row:
     )  # fmt: skip
 
 
-def panel() -> list[list[object]]:
+def panel(places: int) -> list[list[object]]:
     """W1: the curve, and the multipliers between which Bullet's blocks go back and on at its poses."""
     asm = wall("W1")
     curve = capacity(asm, (1, 0, 0), steps=60)
@@ -166,7 +166,7 @@ def panel() -> list[list[object]]:
     block, corners = asm.vertex_block[[corner]], asm.vertices[[corner]]
     top = np.array([(displaced_points(asm, point.pose, block, corners) - corners)[0, 0] for point in curve.points])
     lines: list[list[object]] = []
-    for there in PLACES:
+    for there in PLACES[:places]:
         point = int(np.argmin(np.abs(top - there)))
         low, high = 0.0, 1.2 * float(curve.upper[point])
         for _ in range(7):
@@ -181,6 +181,7 @@ def main() -> None:
     """Print and write the tables."""
     parser = results.parser(__doc__)
     parser.add_argument("--scenes", type=int, default=30, metavar="N")
+    parser.add_argument("--places", type=int, default=len(PLACES), metavar="N", help="of W1, so many alone")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     rows = []
@@ -207,7 +208,7 @@ def main() -> None:
          f"{one.seconds:.1f}"] for one in rows
     ]  # fmt: skip
     summary = f"- From both sides of the point Bullet goes as the curve says in {right} of {len(rows)} scenes."
-    w1 = table(["top right corner [mm]", "curve", "Bullet at that pose"], panel())
+    w1 = table(["top right corner [mm]", "curve", "Bullet at that pose"], panel(options.places))
     parts = {"summary": summary, "scenes": table(head, cells), "w1": w1}
     results.report(options, [one.__dict__ for one in rows], parts)
 

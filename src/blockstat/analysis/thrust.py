@@ -21,7 +21,7 @@ from blockstat.contact.penetration import check_copies, check_overlaps, overlaps
 from blockstat.errors import InputError, check_choice, check_vector, known_options
 from blockstat.loads import as_load
 from blockstat.program.conic import conic_program
-from blockstat.program.ties import bearing_ties, tie_columns, tie_wrenches
+from blockstat.program.ties import bearing_ties, tie_wrenches
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES, solve
 from blockstat.solve.penalty import solve_penalty
@@ -441,13 +441,16 @@ def _on_supports(columns: Columns, supports: Ints, direction: Sequence[float]) -
     return (sign[:, None] * (columns.force @ unit)).reshape(-1) / np.linalg.norm(unit)
 
 
+def _given_wrenches(assembly: Assembly) -> Floats:
+    """What the ties whose force is given do to the blocks and supports [N, N m], ties from support to support aside."""
+    ties = [tie for tie in bearing_ties(assembly) if tie.constant]
+    return tie_wrenches(assembly, ties, np.array([tie.least for tie in ties]))
+
+
 def _given(problem: Problem, supports: Ints, direction: Sequence[float]) -> float:
     """What the ties whose force is given do to the supports along the direction [N]."""
-    ties = [tie for tie in bearing_ties(problem.assembly) if tie.constant]
-    if not ties:
-        return 0.0
-    columns = tie_columns(problem.assembly, ties)
-    return float(_on_supports(columns, supports, direction)[::3] @ [tie.least for tie in ties])
+    unit = check_vector("direction", direction)
+    return float((_given_wrenches(problem.assembly)[supports, :3] @ unit).sum() / np.linalg.norm(unit))
 
 
 def value(problem: Problem, functional: Floats, force: Floats) -> float:
@@ -492,9 +495,7 @@ def power_on_supports(problem: Problem, rate: Floats, motion: Floats, force: Flo
     float
         [N] times the unit of the movement. Contacts, bonds and ties count, also ties whose force is given.
     """
-    ties = [tie for tie in bearing_ties(problem.assembly) if tie.constant]
-    given = tie_wrenches(problem.assembly, ties, np.array([tie.least for tie in ties]))
-    return value(problem, rate.reshape(-1), force) + float((given * motion).sum())
+    return value(problem, rate.reshape(-1), force) + float((_given_wrenches(problem.assembly) * motion).sum())
 
 
 @dataclass(frozen=True, eq=False)

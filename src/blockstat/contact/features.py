@@ -286,8 +286,7 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
         )
         middle = flat[own[which], 0] + ((begin + finish) / 2)[:, None] * (flat[own[which], 1] - flat[own[which], 0])
         parts.append((own[which], begin, finish, state, *_nearest(middle, polygon[which], sides[which])))
-    columns: list[Any] = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    which, begin, finish, state, other, inset = columns
+    which, begin, finish, state, other, inset = (np.concatenate(column) for column in zip(*parts, strict=True))
     share = np.stack([begin, finish], axis=1)
     heights = height[which, :1] + share * (height[which, 1:] - height[which, :1])
     points = ends[which, :1] + share[..., None] * (ends[which, 1:] - ends[which, :1]) + centre[face[which]][:, None]
@@ -295,7 +294,8 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     on_rim = state == RIM
     good = _touches(search, row[which], gap, inset, on_rim) & (on_rim | (lean[which] >= -LEAN))
     good &= _at_surface(search, row[which], face[which], points)
-    which, points, heights, gap, on_rim, other = (x[good] for x in (which, points, heights, gap, on_rim, other))
+    which, other, on_rim = which[good], other[good], on_rim[good]
+    points, heights, gap = points[good], heights[good], gap[good]
     out = normal[face[which]]
     points = points - heights[..., None] / 2 * out[:, None]
     sign = 1.0 if side == 0 else -1.0
