@@ -217,6 +217,7 @@ def options():
 #: Results, which nobody makes; they hold the word that was given.
 RESULTS = (
     "Assessment",
+    "Bracket",
     "Falsework",
     "IncrementalAnalysis",
     "NonlinearCheck",

@@ -254,10 +254,11 @@ def check_step(pair, before, after):
 
 def control_points(pair, found, control, live):
     """Blocks and points whose displacements times the shares, shape (n, 3), are that of the control."""
-    asm, total = pair.asm, live.force.sum(axis=0)
+    asm = pair.asm
+    free = ~asm.support[live.block]
+    total = live.force[free].sum(axis=0)
     along = total / np.linalg.norm(total) * (-1.0 if "against the load" in found.control else 1.0)
     if control == "mean":
-        free = ~asm.support[live.block]
         force = live.force[free]
         return live.block[free], live.point[free], force / np.linalg.norm(force, axis=1).sum()
     if control is None:
