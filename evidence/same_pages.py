@@ -2,9 +2,10 @@
 
     python -m evidence.same_pages DOCS OTHER
 
-Compares all text files of two directories of pages. Numbers are left out in columns whose head, and in lines that,
-speak of time (seconds, minutes, how many times as long, the load of the machine); of the stamps, commits and hashes
-count. Prints each line that differs, and ends with status 1 if there is one.
+Compares all text files of two directories of pages. Numbers are left out in columns whose head, in rows whose label,
+and in lines that speak of time (seconds, ratios of times, the load of the machine) or memory, and so are parts that are
+about speed alone; of the stamps, commits and hashes count. Prints each line that differs, and ends with status 1 if
+there is one.
 """
 
 from __future__ import annotations
@@ -16,8 +17,17 @@ from collections.abc import Iterator
 from itertools import zip_longest
 from pathlib import Path
 
-#: Words that say that a column or a sentence is about time, which no two runs share.
-TIME = re.compile(r"\b(?:s|ms|min|seconds|minutes|time|times|clock|process|faster|slower|load)\b|\[s\]")
+#: Words that say that a column, a row or a sentence is about time or memory, which no two runs share.
+TIME = re.compile(r"\b(?:s|ms|min|seconds|minutes|time|times|ratio|clock|process|faster|slower|load|MB)\b|\[s\]")
+#: A row whose label has such a unit, or that names the load of the machine, holds nothing that two runs share.
+UNIT = re.compile(r"\[(?:m?s|min)\]|\bload of the \d+ cores\b")
+#: Parts of results that are about speed alone, by file and part.
+SPEED = {
+    ("solvers", "profiles"), ("solvers", "resolve"), ("solvers", "targets"), ("solvers_large", "alone"),
+    ("solvers_large", "targets"),
+}  # fmt: skip
+#: Where a part of a result begins in its file, where it begins on a page, and where it ends there.
+PART, BLOCK, END = re.compile(r"## (\w.*)"), re.compile(r"<!-- results: (\S+) (.+) -->"), "<!-- end -->"
 NUMBER = re.compile(r"\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
 TEXT = (".md", ".json", ".csv")
 
@@ -29,14 +39,23 @@ def lines_of(path: Path) -> Iterator[str]:
         yield from (f"{name} {own['commit']} {own['sources']}" for name, own in sorted(stamps.items()))
         return
     heads: list[str] = []
+    part = ("", "")
     for line in path.read_text().splitlines():
+        if named := BLOCK.fullmatch(line):
+            part = (named[1], named[2])
+        elif named := PART.fullmatch(line):
+            part = (path.stem, named[1])
+        elif line == END:
+            part = ("", "")
+        if part in SPEED:
+            continue
         cells = line.strip().strip("|").split("|") if line.startswith("|") else []
         if not cells:
             heads = []
             yield NUMBER.sub("#", line) if TIME.search(line) else line
             continue
         heads = heads or cells
-        timed = [bool(TIME.search(head)) for head in heads] + [False] * len(cells)
+        timed = [bool(TIME.search(head) or UNIT.search(cells[0])) for head in heads] + [False] * len(cells)
         yield "|".join(
             NUMBER.sub("#", cell) if late or TIME.search(cell) else cell
             for cell, late in zip(cells, timed, strict=False)

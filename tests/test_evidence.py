@@ -220,6 +220,21 @@ def test_pages_of_two_runs_are_the_same_but_for_seconds(tmp_path):
     assert "falls" in only
 
 
+def test_rows_of_seconds_and_parts_about_speed_differ_in_no_run(tmp_path):
+    page = "| | value |\n|---|---|\n| all draws [ms] | {} |\n| iterations | {} |\n\n{}\n\n- order {}%\n\n{}\n"
+    begin, end = "<!-- results: solvers profiles -->", "<!-- end -->"
+    written = {
+        "one": (17.6, 12, begin, 20, end), "two": (19.1, 12, begin, 18, end), "three": (17.6, 13, begin, 20, end),
+        "four": (17.6, 12, "", 20, end), "five": (17.6, 12, "", 18, end),
+    }  # fmt: skip
+    for name, cells in written.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "page.md").write_text(page.format(*cells))
+    assert differences(tmp_path / "one", tmp_path / "two") == []
+    assert "| 13 " in differences(tmp_path / "one", tmp_path / "three")[0]
+    assert "order" in differences(tmp_path / "four", tmp_path / "five")[0]
+
+
 def test_a_job_depends_on_what_it_imports_and_on_nothing_else():
     names = {str(path.relative_to(ROOT)) for path in sources.dependencies("evidence.pages.hard")}
     assert {"evidence/pages/hard.py", "evidence/hard/cases.py", "src/blockstat/analysis/assess.py"} <= names
