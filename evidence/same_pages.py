@@ -18,17 +18,22 @@ from itertools import zip_longest
 from pathlib import Path
 
 #: Words that say that a column, a row or a sentence is about time or memory, which no two runs share.
-TIME = re.compile(r"\b(?:s|ms|min|seconds|minutes|time|times|ratio|clock|process|faster|slower|load|MB)\b|\[s\]")
+TIME = re.compile(
+    r"\b(?:s|ms|min|seconds|minutes|time|times|ratio|clock|process(?:es)?|workers?|cores|faster|slower|load|MB|bytes)\b"
+    r"|\[s\]"
+)
 #: A row whose label has such a unit, or that names the load of the machine, holds nothing that two runs share.
 UNIT = re.compile(r"\[(?:m?s|min)\]|\bload of the \d+ cores\b")
 #: Parts of results that are about speed alone, by file and part.
 SPEED = {
     ("solvers", "profiles"), ("solvers", "resolve"), ("solvers", "targets"), ("solvers_large", "alone"),
-    ("solvers_large", "targets"),
+    ("solvers_large", "targets"), ("glue", "cost"),
 }  # fmt: skip
+#: Times of one or more parts; those that are too short to show are left out.
+TIMES = re.compile(r"#(?:; #)+")
 #: Where a part of a result begins in its file, where it begins on a page, and where it ends there.
 PART, BLOCK, END = re.compile(r"## (\w.*)"), re.compile(r"<!-- results: (\S+) (.+) -->"), "<!-- end -->"
-NUMBER = re.compile(r"\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
+NUMBER = re.compile(r"[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
 TEXT = (".md", ".json", ".csv")
 
 
@@ -57,7 +62,7 @@ def lines_of(path: Path) -> Iterator[str]:
         heads = heads or cells
         timed = [bool(TIME.search(head) or UNIT.search(cells[0])) for head in heads] + [False] * len(cells)
         yield "|".join(
-            NUMBER.sub("#", cell) if late or TIME.search(cell) else cell
+            TIMES.sub("#", NUMBER.sub("#", cell)) if late or TIME.search(cell) else cell
             for cell, late in zip(cells, timed, strict=False)
         )
 

@@ -211,7 +211,7 @@ def test_a_job_that_measures_the_clock_runs_when_the_others_are_done(elsewhere):
 
 def test_pages_of_two_runs_are_the_same_but_for_seconds(tmp_path):
     page = "# Page\n\n| scene | verdict | with score [s] |\n|---|---|---|\n| hut | {} | {} |\n\nIt takes {} s.\n"
-    for name, cells in (("one", ("stands", 1.5, 3)), ("two", ("stands", 2.25, 4)), ("three", ("falls", 1.5, 3))):
+    for name, cells in (("one", ("stands", 1.5, 3)), ("two", ("stands", "2.25; 1.5", 4)), ("three", ("falls", 1.5, 3))):
         (tmp_path / name).mkdir()
         (tmp_path / name / "page.md").write_text(page.format(*cells))
     assert differences(tmp_path / "one", tmp_path / "two") == []
