@@ -3,9 +3,9 @@
     python -m evidence.same_pages DOCS OTHER
 
 Compares all text files of two directories of pages. Numbers are left out in columns whose head, in rows whose label,
-and in lines that speak of time (seconds, ratios of times, the load of the machine) or memory, and so are parts that are
-about speed alone; of the stamps, commits and hashes count. Prints each line that differs, and ends with status 1 if
-there is one.
+and in lines that speak of time (seconds, ratios of times, the load of the machine) or memory. Parts that are about
+speed alone, and lists that a sentence about time opens, are left out. Of the stamps, commits and hashes count. Prints
+each line that differs, and ends with status 1 if there is one.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def lines_of(path: Path) -> Iterator[str]:
         yield from (f"{name} {own['commit']} {own['sources']}" for name, own in sorted(stamps.items()))
         return
     heads: list[str] = []
-    part = ("", "")
+    part, opened = ("", ""), False
     for line in path.read_text().splitlines():
         if named := BLOCK.fullmatch(line):
             part = (named[1], named[2])
@@ -52,7 +52,8 @@ def lines_of(path: Path) -> Iterator[str]:
             part = (path.stem, named[1])
         elif line == END:
             part = ("", "")
-        if part in SPEED:
+        opened = bool(opened and (not line or line.startswith("- "))) or bool(line.endswith(":") and TIME.search(line))
+        if part in SPEED or (opened and line.startswith("- ")):
             continue
         cells = line.strip().strip("|").split("|") if line.startswith("|") else []
         if not cells:

@@ -235,6 +235,18 @@ def test_rows_of_seconds_and_parts_about_speed_differ_in_no_run(tmp_path):
     assert "order" in differences(tmp_path / "four", tmp_path / "five")[0]
 
 
+def test_which_methods_were_faster_is_about_time(tmp_path):
+    page = "These were {}:\n\n- arches: {}\n\nThe end.\n\n- walls: {}\n"
+    written = {"one": ("faster", "a", "c"), "two": ("faster", "b", "c"), "three": ("right", "a", "c")}
+    written |= {"four": ("right", "b", "c"), "five": ("faster", "a", "d")}
+    for name, cells in written.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "page.md").write_text(page.format(*cells))
+    assert differences(tmp_path / "one", tmp_path / "two") == []
+    assert "arches" in differences(tmp_path / "three", tmp_path / "four")[0]
+    assert "walls" in differences(tmp_path / "one", tmp_path / "five")[0]
+
+
 def test_a_job_depends_on_what_it_imports_and_on_nothing_else():
     names = {str(path.relative_to(ROOT)) for path in sources.dependencies("evidence.pages.hard")}
     assert {"evidence/pages/hard.py", "evidence/hard/cases.py", "src/blockstat/analysis/assess.py"} <= names
