@@ -3,7 +3,7 @@
     python -m evidence.same_pages DOCS OTHER
 
 Compares all text files of two directories of pages. Numbers are left out in columns whose head, in rows whose label,
-and in lines that speak of time (seconds, ratios of times, the load of the machine) or memory. Parts that are about
+and in sentences that speak of time (seconds, ratios of times, the load of the machine) or memory. Parts that are about
 speed alone, and lists that a sentence about time opens, are left out. Of the stamps, commits and hashes count. Prints
 each line that differs, and ends with status 1 if there is one.
 """
@@ -17,10 +17,10 @@ from collections.abc import Iterator
 from itertools import zip_longest
 from pathlib import Path
 
-#: Words that say that a column, a row or a sentence is about time or memory, which no two runs share.
+#: What says that a column or a sentence is about time or memory, which no two runs share.
 TIME = re.compile(
-    r"\b(?:s|ms|min|seconds|minutes|time|times|ratio|clock|process(?:es)?|workers?|cores|faster|slower|load|MB|bytes)\b"
-    r"|\[s\]"
+    r"\b(?:s|ms|min|seconds|minutes|time|clock|processes|workers?|cores|faster|slower|MB|bytes)\b|\[s\]"
+    r"|\btimes (?:as long|per|the plain verdict)\b|\bload before\b|^\s*ratio\s*$|\"times\":"
 )
 #: A row whose label has such a unit, or that names the load of the machine, holds nothing that two runs share.
 UNIT = re.compile(r"\[(?:m?s|min)\]|\bload of the \d+ cores\b")
@@ -33,6 +33,7 @@ SPEED = {
 TIMES = re.compile(r"#(?:; #)+")
 #: Where a part of a result begins in its file, where it begins on a page, and where it ends there.
 PART, BLOCK, END = re.compile(r"## (\w.*)"), re.compile(r"<!-- results: (\S+) (.+) -->"), "<!-- end -->"
+SENTENCES = re.compile(r"(?<=[.;]) ")
 NUMBER = re.compile(r"[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
 TEXT = (".md", ".json", ".csv")
 
@@ -58,7 +59,7 @@ def lines_of(path: Path) -> Iterator[str]:
         cells = line.strip().strip("|").split("|") if line.startswith("|") else []
         if not cells:
             heads = []
-            yield NUMBER.sub("#", line) if TIME.search(line) else line
+            yield " ".join(NUMBER.sub("#", own) if TIME.search(own) else own for own in SENTENCES.split(line))
             continue
         heads = heads or cells
         timed = [bool(TIME.search(head) or UNIT.search(cells[0])) for head in heads] + [False] * len(cells)

@@ -235,6 +235,23 @@ def test_rows_of_seconds_and_parts_about_speed_differ_in_no_run(tmp_path):
     assert "order" in differences(tmp_path / "four", tmp_path / "five")[0]
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "| scene | limit load | mass ratio | 4 times the weight |\n|---|---|---|---|\n| hut | {} | 3 | 5 |",
+        "| scene | limit load | mass ratio | 4 times the weight |\n|---|---|---|---|\n| hut | 3 | {} | 5 |",
+        "| scene | limit load | mass ratio | 4 times the weight |\n|---|---|---|---|\n| hut | 3 | 5 | {} |",
+        "It takes 3 s. The error is {} times the resolution.",
+        "The limit load is {}; it takes 3 s.",
+    ],
+)
+def test_loads_ratios_and_multiples_are_no_times(line, tmp_path):
+    for name, value in (("one", 1.25), ("two", 1.5)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "page.md").write_text(line.format(value))
+    assert len(differences(tmp_path / "one", tmp_path / "two")) == 1
+
+
 def test_which_methods_were_faster_is_about_time(tmp_path):
     page = "These were {}:\n\n- arches: {}\n\nThe end.\n\n- walls: {}\n"
     written = {"one": ("faster", "a", "c"), "two": ("faster", "b", "c"), "three": ("right", "a", "c")}
