@@ -84,7 +84,7 @@ def fall(
                 break
             yield FallenBlocks(trial.parameter, most)
             gone += trial.structure.part_of_live_power(last.pose, last.tangent, most)
-            rest = _without_blocks(standing, most)
+            rest = without_blocks(standing.linkage, most)
             if rest is None or gone > MAX_PART_FALLEN:
                 break
             none = np.zeros_like(rest.structure.interfaces.area)
@@ -114,12 +114,22 @@ def _jump(start: TrialState, end: TrialState, last: PathPoint, after: float | No
     return PathEvent("jump", end.parameter, last.value, after, tuple(sorted(opened)), tuple(sorted(shut)))
 
 
-def _without_blocks(trial: TrialState, blocks: Ints) -> Linkage | None:
-    """The linkage without blocks, which become supports without contacts or ties.
+def without_blocks(linkage: Linkage, blocks: Ints) -> Linkage | None:
+    """Return the linkage without blocks, which become supports without contacts or ties.
 
-    None where most of the control is on them, or nothing else is left that moves.
+    Parameters
+    ----------
+    linkage
+        The linkage, which has a control.
+    blocks
+        Their numbers.
+
+    Returns
+    -------
+    Linkage or None
+        None where most of the control is on them, or nothing else is left that moves.
     """
-    linkage, control = trial.linkage, trial.linkage.control
+    control = linkage.control
     assert control is not None
     gone = np.zeros(linkage.assembly.n_blocks, dtype=bool)
     gone[blocks] = True

@@ -96,17 +96,17 @@ def without_opening(
 
     None is returned where a program has no solution, or where the iteration does not converge.
     """
-    lifted = first
+    lifted, changes = first, list[float]()
     for trial in range(limits.programs):
         answer = solve_with(lifted)
         if answer.status.is_infeasible or answer.status.is_stalled:
             return None
         rate = rates_of(answer)
         before, lifted = lifted, uplift(program, rate)
-        converged = np.abs(lifted - before).max(initial=0.0) <= limits.tolerance * np.abs(rate).max(initial=0.0)
-        if converged or (accept_last and trial == limits.programs - 1):
+        changes.append(float(np.abs(lifted - before).max(initial=0.0)))
+        if changes[-1] <= limits.tolerance * np.abs(rate).max(initial=0.0):
             return answer, lifted - before
-    return None
+    return (answer, lifted - before) if accept_last and changes[-1] <= changes[0] else None
 
 
 def largest_of_contact(opening: Floats, contact: Ints, number: int) -> Floats:

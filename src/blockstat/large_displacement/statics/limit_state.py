@@ -19,6 +19,7 @@ from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.displaced.structure import Configuration, Structure
 from blockstat.large_displacement.statics.de_saxce import (
     FROM_GUESS,
+    ONE_PROGRAM,
     ROUGH,
     FixedPointLimits,
     largest_of_contact,
@@ -46,7 +47,7 @@ from blockstat.typing import Floats, Ints
 class LimitState:
     """The state in which a displaced structure moves on."""
 
-    #: of the live load; without one, the force on the moving supports [N]. None where blocks fall under any multiplier.
+    #: of the live load; without one, the force on the moving supports [N]. None where blocks fall under any multiplier of zero or above.
     #: Infinite where blocks lock each other: any multiplier is carried, or no motion follows the moving supports.
     multiplier: float | None
     #: the mechanism, or how the blocks fall, of any magnitude, shape (n_blocks, 6); zero where they lock each other,
@@ -119,8 +120,11 @@ def limit_state(
         return (program.matrix.T @ answer.twist).reshape(-1, 3)[points]
 
     limits = limits or (ROUGH if guess is None else FROM_GUESS)
+    none = np.zeros(program.n_points)
     found = None if associated else without_opening(program, solve_with, rates_of, first, limits, accept_last=True)
-    answer, opening = found or (solve_with(np.zeros(program.n_points)), None)
+    if found is None and first.any() and limits is not ONE_PROGRAM:
+        found = without_opening(program, solve_with, rates_of, none, ROUGH, accept_last=True)
+    answer, opening = found or (solve_with(none), None)
     if part is not None and answer.status is Status.PRIMAL_INFEASIBLE:
         return LimitState(np.inf, np.zeros_like(live), None)
     if answer.status.is_infeasible or answer.status.is_stalled:
@@ -155,7 +159,9 @@ def _carries_any_multiple(program: PenaltyProgram, answer: Answer, load: Floats)
     return checked(alone, answer.force / answer.multiplier)[1]
 
 
-def associated_limit(configuration: Configuration, macro_blocks: Ints | None = None) -> LimitState | None:
+def associated_limit(
+    configuration: Configuration, macro_blocks: Ints | None = None, accuracy: float = 0.0
+) -> LimitState | None:
     """Return the limit state with associated flow.
 
     Parameters
@@ -170,7 +176,7 @@ def associated_limit(configuration: Configuration, macro_blocks: Ints | None = N
     LimitState or None
         None where no multiplier is carried, or any.
     """
-    found = limit_state(configuration, macro_blocks=macro_blocks)
+    found = limit_state(configuration, macro_blocks=macro_blocks, accuracy=accuracy)
     return None if found.multiplier is None or np.isinf(found.multiplier) else found
 
 
@@ -217,12 +223,13 @@ def steepest_descent(
 def _proves_fall(program: PenaltyProgram, twist: Floats, live: Floats | None) -> bool:
     """Whether the independent check proves that a motion drives blocks that no forces of a bounded size hold.
 
-    Nor does a live load of a bounded multiple, which does no work but for rounding.
+    Nor does a live load of a multiple that is not negative, where the live load drives the motion too, or does no work
+    but for rounding.
     """
     none = np.zeros((len(program.friction), 3))
     if not certificate.check(program, none, twist).proves_unstable:
         return False
-    return live is None or abs(float(live @ twist)) * UNBOUNDED <= float(program.load @ twist)
+    return live is None or -float(live @ twist) * UNBOUNDED <= float(program.load @ twist)
 
 
 def free_fall(structure: Structure, problem: Problem, pose: Pose) -> LimitState:
