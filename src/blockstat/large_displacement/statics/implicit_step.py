@@ -34,8 +34,9 @@ from blockstat.solve.answer import EarlyEnd, Status
 from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats
 
-#: Accuracy of the multiplier of a step, as in `EarlyEnd`. Chosen: far below the error of a finite step.
-ACCURACY = 1e-6
+#: Accuracy of the multiplier of a step, as in `EarlyEnd`. Its errors add up over hundreds of blocks, so a few digits are
+#: not enough.
+ACCURACY = 1e-8
 #: A contact whose gap after the step, less friction times slip, is smaller than this holds. Relative to the motion of
 #: the fastest corner. Chosen: far above what solvers leave.
 HOLDS = 1e-4
@@ -113,6 +114,6 @@ def implicit_step(configuration: Configuration, work: float) -> ImplicitStep:
     slides[own[closed & (slip > HOLDS * length)]] = True
     multiplier = answer.multiplier / unit
     loaded = replace(program, load=program.load + multiplier * load)
-    force, proven = checked(loaded, answer.force, settles=False)
+    force, proven = checked(loaded, answer.force, settles=True)
     forces = forces_of(problem, force, answer.twist, least_adhesion(loaded, force), proven)
     return ImplicitStep(multiplier, motion, length, forces, holds, slides, float(gap[carries].max(initial=0.0)))
