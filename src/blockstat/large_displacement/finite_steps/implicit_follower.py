@@ -33,9 +33,9 @@ NEAR = 0.1
 #: Joints that have slid by more than this get new contact points. Relative to the largest block. Chosen: as where
 #: corners are told apart.
 SLID = CORNER_TOLERANCE
-#: The live work of a step differs from that of the one before by this factor at most. Chosen: the multiplier depends on
-#: the length of a step, so that steps of one length give a smooth curve.
-MOST_LENGTHENING = 1.25
+#: The live work of a step differs from that of the one before by this factor at most. Chosen: lengths grow back within a
+#: few steps where they were halved.
+MOST_LENGTHENING = 2.0
 #: The first step, relative to the longest. Chosen: as long as those that follow in a facade of some hundred blocks.
 FIRST_STEP = 0.5
 #: A step is halved in which the multiplier changes by more than so many times the wanted change. Chosen: the multiplier
@@ -133,7 +133,9 @@ class ImplicitFollower:
                 yield from self._located_end(here, after, scale, end)
                 return
             travel += here.step.length
-            part = self._lengthening(after, travel, 1.0 - after.step.multiplier / scale) if after.step.multiplier else 1.0
+            part = (
+                self._lengthening(after, travel, 1.0 - after.step.multiplier / scale) if after.step.multiplier else 1.0
+            )
             here = after
         yield PathEnd.LOST
 
@@ -171,7 +173,7 @@ class ImplicitFollower:
         for halvings in range(MOST_HALVINGS + 1):
             assert here.step.multiplier is not None
             last = halvings == MOST_HALVINGS
-            if here.step.length <= MOST_LENGTHENING**2 * self.step or last:
+            if here.step.length <= MOST_LENGTHENING * self.step or last:
                 after = self._at(here.linkage, here.passed(1.0), part * here.work)
                 value = after.step.multiplier
                 if last or (value is not None and abs(value - here.step.multiplier) <= LEAP * self.change * scale):

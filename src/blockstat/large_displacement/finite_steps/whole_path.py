@@ -142,6 +142,4 @@ def warnings_on_steps(states: Sequence[PathState], assembly: Assembly) -> list[s
     text = f"the mechanism is no linkage from {start:.4g} m on and is followed by finite steps"
     if largest > CORNER_TOLERANCE * float(assembly.size.max()):
         text += f". Contacts that are open by up to {1e3 * largest:.2g} mm count as closed"
-    if any(state.macro_blocks for state in states):
-        text += ". Blocks that move together are condensed to macro-blocks, and falls depend on the length of the steps"
     return [f"{text}. A run with more steps shows the error"]

@@ -37,8 +37,6 @@ ROUGH = FixedPointLimits(10, 0.01)
 #: For a finite step with an initial guess: the multiplier hardly changes after the first program, and what joints open
 #: by is closed by the step's projection. Chosen.
 FROM_GUESS = FixedPointLimits(5, 0.05)
-#: One program with the uplift of the initial guess.
-ONE_PROGRAM = FixedPointLimits(1, 0.0)
 
 
 def uplift(program: PenaltyProgram, rate: Floats) -> Floats:
@@ -97,7 +95,7 @@ def without_opening(
     None is returned where a program has no solution, or where the iteration does not converge.
     """
     lifted, changes = first, list[float]()
-    for trial in range(limits.programs):
+    for _ in range(limits.programs):
         answer = solve_with(lifted)
         if answer.status.is_infeasible or answer.status.is_stalled:
             return None

@@ -20,9 +20,11 @@ Anitescu, M. (2006). Optimization-based simulation of nonsmooth rigid multibody 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from blockstat.analysis.problem import Problem
 from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.displaced.contact_pairs import pair_points
 from blockstat.large_displacement.displaced.pose import displaced_assembly
@@ -30,12 +32,13 @@ from blockstat.large_displacement.displaced.structure import Configuration
 from blockstat.large_displacement.statics.equilibrium import EquilibriumForces, checked, forces_of, least_adhesion
 from blockstat.large_displacement.statics.limit_state import free_fall
 from blockstat.program.conic import conic_program
-from blockstat.solve.answer import EarlyEnd, Status
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.solve.answer import Answer, EarlyEnd, Status
 from blockstat.solve.dispatch import solve
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
-#: Accuracy of the multiplier of a step, as in `EarlyEnd`. Its errors add up over hundreds of blocks, so a few digits are
-#: not enough.
+#: Accuracy of the multiplier of a step, as in `EarlyEnd`. Its errors add up over hundreds of blocks, so that a few
+#: digits are not enough.
 ACCURACY = 1e-8
 #: A contact whose gap after the step, less friction times slip, is smaller than this holds. Relative to the motion of
 #: the fastest corner. Chosen: far above what solvers leave.
@@ -60,6 +63,72 @@ class ImplicitStep:
     residual_gap: float  #: the largest gap at the beginning of a contact that carries force [m]
 
 
+@dataclass(frozen=True, eq=False)
+class _StepProgram:
+    """The program of steps from a pose."""
+
+    configuration: Configuration
+    problem: Problem
+    program: PenaltyProgram
+    work: float  #: of the live load in a step [J]
+
+    @property
+    def contact(self) -> Ints:
+        """The contact of each point of the program."""
+        return self.configuration.joints[1][self.problem.eq.points]
+
+    @cached_property
+    def gap(self) -> Floats:
+        """The gap of each point of the program [m]; zero where blocks overlap."""
+        here = self.configuration
+        faces, contact = here.joints
+        points = pair_points(here.structure.assembly, here.contacts, here.pose, here.parameter)
+        apart = (points[:, 1] - points[:, 0])[contact]
+        gap = np.einsum("ni,ni->n", faces.frame[faces.point_interface, 0], apart)
+        return np.maximum(gap, 0.0)[self.problem.eq.points]
+
+    @cached_property
+    def load(self) -> Floats:
+        """The live load, of the size of the weight."""
+        load = self.problem.scaled(self.configuration.structure.live_load(self.configuration.pose))
+        return load / self.unit_of(load)
+
+    def unit_of(self, load: Floats) -> float:
+        """Return the size of a load relative to the weight."""
+        return float(np.abs(load).sum()) / self.program.total_load
+
+    @cached_property
+    def unit(self) -> float:
+        """The size of the live load relative to the weight."""
+        return self.unit_of(self.problem.scaled(self.configuration.structure.live_load(self.configuration.pose)))
+
+    @property
+    def scale(self) -> float:
+        """Rates of the program for a unit of displacement: the live work of a step is one in the program [1/m]."""
+        return self.program.force_unit * self.unit / self.work
+
+    def solve(self, live_work: float) -> Answer:
+        """Return the answer for so many times the live work of a step."""
+        program = self.program
+        offset = np.zeros((len(program.friction), 3))
+        offset[: program.n_points, 0] = self.gap * self.scale
+        conic = conic_program(program, -program.load, pinned=self.load, offset=offset.reshape(-1))
+        conic = replace(conic, bound=np.append(conic.bound[:-1], live_work))
+        return solve(conic, solver=self.configuration.structure.solver, early=EarlyEnd(accuracy=ACCURACY))
+
+    def motion(self, answer: Answer) -> Floats:
+        """Return the motion of the blocks, shape (n_blocks, 6) [m, rad]."""
+        return self.problem.to_blocks(answer.twist) / self.scale
+
+
+def _step_program(configuration: Configuration, work: float) -> _StepProgram | None:
+    """The program of steps from a pose; None where a block has no contact."""
+    problem = configuration.problem()
+    if problem.program is None or len(problem.floating):
+        return None
+    return _StepProgram(configuration, problem, problem.program, work)
+
+
 def implicit_step(configuration: Configuration, work: float) -> ImplicitStep:
     """Find the motion of a finite step.
 
@@ -75,45 +144,53 @@ def implicit_step(configuration: Configuration, work: float) -> ImplicitStep:
     ImplicitStep
         Its length is that of the motion to first order.
     """
-    problem, structure, contacts = configuration.problem(), configuration.structure, configuration.contacts
-    none = np.zeros(contacts.number, dtype=bool)
-    program = problem.program
-    if program is None or len(problem.floating):
-        fall = free_fall(structure, problem, configuration.pose).mechanism
+    structure, none = configuration.structure, np.zeros(configuration.contacts.number, dtype=bool)
+    own = _step_program(configuration, work)
+    if own is None:
+        fall = free_fall(structure, configuration.problem(), configuration.pose).mechanism
         return ImplicitStep(None, fall, 0.0, None, none, none, 0.0)
-    faces, contact = configuration.joints
-    points = pair_points(structure.assembly, contacts, configuration.pose, configuration.parameter)
-    apart = (points[:, 1] - points[:, 0])[contact]
-    gap = np.maximum(np.einsum("ni,ni->n", faces.frame[faces.point_interface, 0], apart), 0.0)[problem.eq.points]
-    live = structure.live_load(configuration.pose)
-    load = problem.scaled(live)
-    unit = float(np.abs(load).sum()) / program.total_load  # scales the live load to the size of the weight
-    scale = program.force_unit * unit / work  # of a motion, so that its live work is one in the program
-    offset = np.zeros((len(program.friction), 3))
-    offset[: program.n_points, 0] = gap * scale
-    conic = conic_program(program, -program.load, pinned=load / unit, offset=offset.reshape(-1))
-    answer = solve(conic, solver=structure.solver, early=EarlyEnd(accuracy=ACCURACY))
+    program, answer = own.program, own.solve(1.0)
+    rest = np.zeros((structure.assembly.n_blocks, 6))
     if answer.status is Status.PRIMAL_INFEASIBLE:
-        return ImplicitStep(np.inf, np.zeros_like(live), 0.0, None, none, none, 0.0)
-    motion = problem.to_blocks(answer.twist)
-    if answer.status.is_infeasible:
-        return ImplicitStep(None, motion, 0.0, None, none, none, 0.0)
-    if answer.status.is_stalled:
-        return ImplicitStep(None, np.zeros_like(live), 0.0, None, none, none, 0.0)
-    motion = motion * (work / float((live * motion).sum()))
+        return ImplicitStep(np.inf, rest, 0.0, None, none, none, 0.0)
+    if answer.status.is_infeasible or answer.status.is_stalled:
+        fall = own.motion(answer) if answer.status.is_infeasible else rest
+        return ImplicitStep(None, fall, 0.0, None, none, none, 0.0)
+    motion = own.motion(answer)
     length = float(corner_speed(displaced_assembly(structure.assembly, configuration.pose), motion).max())
-    rate = (program.matrix.T @ answer.twist).reshape(-1, 3)[: program.n_points] / scale
+    rate = (program.matrix.T @ answer.twist).reshape(-1, 3)[: program.n_points] / own.scale
     slip = np.hypot(rate[:, 1], rate[:, 2])
     friction = program.friction[: program.n_points]
-    opening = gap + rate[:, 0] - np.where(np.isfinite(friction), friction, 0.0) * slip
-    own = contact[problem.eq.points]
-    carries = answer.force[: program.n_points, 0] > CARRIES * float(answer.force[: program.n_points, 0].max())
+    opening = own.gap + rate[:, 0] - np.where(np.isfinite(friction), friction, 0.0) * slip
+    normal_force = answer.force[: program.n_points, 0]
+    carries = normal_force > CARRIES * float(normal_force.max())
     closed = carries | (opening <= HOLDS * length)
     holds, slides = none.copy(), none.copy()
-    holds[own[closed]] = True
-    slides[own[closed & (slip > HOLDS * length)]] = True
-    multiplier = answer.multiplier / unit
-    loaded = replace(program, load=program.load + multiplier * load)
-    force, proven = checked(loaded, answer.force, settles=True)
-    forces = forces_of(problem, force, answer.twist, least_adhesion(loaded, force), proven)
-    return ImplicitStep(multiplier, motion, length, forces, holds, slides, float(gap[carries].max(initial=0.0)))
+    holds[own.contact[closed]] = True
+    slides[own.contact[closed & (slip > HOLDS * length)]] = True
+    loaded = replace(program, load=program.load + answer.multiplier * own.load)
+    force, proven = checked(loaded, answer.force)
+    forces = forces_of(own.problem, force, answer.twist, least_adhesion(loaded, force), proven)
+    residual = float(own.gap[carries].max(initial=0.0))
+    return ImplicitStep(answer.multiplier / own.unit, motion, length, forces, holds, slides, residual)
+
+
+def settling_step(configuration: Configuration, work: float) -> Floats:
+    """Find the motion in which the blocks settle onto near contacts while the live load does no work.
+
+    Parameters
+    ----------
+    configuration, work
+        As in `implicit_step`; the work scales the program only.
+
+    Returns
+    -------
+    Floats
+        Shape (n_blocks, 6) [m, rad]; zero where blocks fall.
+    """
+    own = _step_program(configuration, work)
+    rest = np.zeros((configuration.structure.assembly.n_blocks, 6))
+    if own is None:
+        return rest
+    answer = own.solve(0.0)
+    return rest if answer.status.is_infeasible or answer.status.is_stalled else own.motion(answer)
