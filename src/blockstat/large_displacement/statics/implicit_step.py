@@ -113,7 +113,7 @@ class _StepProgram:
         offset = np.zeros((len(program.friction), 3))
         offset[: program.n_points, 0] = self.gap * self.scale
         conic = conic_program(program, -program.load, pinned=self.load, offset=offset.reshape(-1))
-        conic = replace(conic, bound=np.append(conic.bound[:-1], live_work))
+        conic = replace(conic, bound=np.append(conic.bound[:-1], live_work * conic.bound[-1]))
         return solve(conic, solver=self.configuration.structure.solver, early=EarlyEnd(accuracy=ACCURACY))
 
     def motion(self, answer: Answer) -> Floats:

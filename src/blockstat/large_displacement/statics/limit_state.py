@@ -44,8 +44,9 @@ from blockstat.typing import Floats
 class LimitState:
     """The state in which a displaced structure moves on."""
 
-    #: of the live load; without one, the force on the moving supports [N]. None where blocks fall under any multiplier of zero or above.
-    #: Infinite where blocks lock each other: any multiplier is carried, or no motion follows the moving supports.
+    #: of the live load; without one, the force on the moving supports [N]. None where blocks fall under any multiplier
+    #: that is not negative. Infinite where blocks lock each other: any multiplier is carried, or no motion follows the
+    #: moving supports.
     multiplier: float | None
     #: the mechanism, or how the blocks fall, of any magnitude, shape (n_blocks, 6); zero where they lock each other,
     #: and where neither a multiplier was found nor a proof that none is carried
