@@ -48,6 +48,9 @@ MAX_STEPS = 2000
 MAX_END_TRIALS = 6
 #: A multiplier below this, relative to that at the beginning, is not positive. Chosen: what solvers leave.
 NO_MULTIPLIER = 1e-6
+#: Below this half of an angle [rad] the second coefficient of a screw motion is its limit. Chosen: the difference is
+#: then below rounding.
+SMALL_ANGLE = 1e-4
 #: Stands in for a change of zero where it is divided by.
 TINY = 1e-300
 
@@ -233,8 +236,17 @@ class ImplicitFollower:
 
 
 def _moved(pose: Pose, motion: Floats) -> Pose:
-    """The pose after finite displacements and rotations of all blocks about their displaced centroids."""
-    return Pose(rotation_matrices(motion[:, 3:]) @ pose.rotation, pose.displacement + motion[:, :3])
+    """The pose after finite screw motions of all blocks, whose axes stay where those of the rates are.
+
+    A block that turns about its edge keeps it: its centroid moves by (I + b W + c W W) v, with the matrix W of w x.
+    """
+    speed, spin = motion[:, :3], motion[:, 3:]
+    half = 0.5 * np.linalg.norm(spin, axis=1)[:, None]
+    b = 0.5 * np.sinc(half / np.pi) ** 2  # (1 - cos a) / a^2 of the angle a
+    c = np.where(half > SMALL_ANGLE, (2 * half - np.sin(2 * half)) / np.maximum(2 * half, SMALL_ANGLE) ** 3, 1.0 / 6.0)
+    across = np.cross(spin, speed)
+    moved = speed + b * across + c * np.cross(spin, across)
+    return Pose(rotation_matrices(spin) @ pose.rotation, pose.displacement + moved)
 
 
 def _with_near_contacts(linkage: Linkage, pose: Pose) -> Linkage:

@@ -40,6 +40,8 @@ from blockstat.typing import Floats, Ints
 #: Accuracy of the multiplier of a step, as in `EarlyEnd`. Its errors add up over hundreds of blocks, so that a few
 #: digits are not enough.
 ACCURACY = 1e-8
+#: The same of the motion in which blocks settle. Chosen: no multiplier is read off it.
+SETTLING_ACCURACY = 1e-7
 #: A contact whose gap after the step, less friction times slip, is smaller than this holds. Relative to the motion of
 #: the fastest corner. Chosen: far above what solvers leave.
 HOLDS = 1e-4
@@ -88,33 +90,28 @@ class _StepProgram:
         return np.maximum(gap, 0.0)[self.problem.eq.points]
 
     @cached_property
-    def load(self) -> Floats:
-        """The live load, of the size of the weight."""
-        load = self.problem.scaled(self.configuration.structure.live_load(self.configuration.pose))
-        return load / self.unit_of(load)
+    def live(self) -> Floats:
+        """The live load in the unit of the program."""
+        return self.problem.scaled(self.configuration.structure.live_load(self.configuration.pose))
 
-    def unit_of(self, load: Floats) -> float:
-        """Return the size of a load relative to the weight."""
-        return float(np.abs(load).sum()) / self.program.total_load
-
-    @cached_property
+    @property
     def unit(self) -> float:
         """The size of the live load relative to the weight."""
-        return self.unit_of(self.problem.scaled(self.configuration.structure.live_load(self.configuration.pose)))
+        return float(np.abs(self.live).sum()) / self.program.total_load
 
     @property
     def scale(self) -> float:
         """Rates of the program for a unit of displacement: the live work of a step is one in the program [1/m]."""
         return self.program.force_unit * self.unit / self.work
 
-    def solve(self, live_work: float) -> Answer:
+    def solve(self, live_work: float, accuracy: float) -> Answer:
         """Return the answer for so many times the live work of a step."""
         program = self.program
         offset = np.zeros((len(program.friction), 3))
         offset[: program.n_points, 0] = self.gap * self.scale
-        conic = conic_program(program, -program.load, pinned=self.load, offset=offset.reshape(-1))
+        conic = conic_program(program, -program.load, pinned=self.live / self.unit, offset=offset.reshape(-1))
         conic = replace(conic, bound=np.append(conic.bound[:-1], live_work * conic.bound[-1]))
-        return solve(conic, solver=self.configuration.structure.solver, early=EarlyEnd(accuracy=ACCURACY))
+        return solve(conic, solver=self.configuration.structure.solver, early=EarlyEnd(accuracy=accuracy))
 
     def motion(self, answer: Answer) -> Floats:
         """Return the motion of the blocks, shape (n_blocks, 6) [m, rad]."""
@@ -149,7 +146,7 @@ def implicit_step(configuration: Configuration, work: float) -> ImplicitStep:
     if own is None:
         fall = free_fall(structure, configuration.problem(), configuration.pose).mechanism
         return ImplicitStep(None, fall, 0.0, None, none, none, 0.0)
-    program, answer = own.program, own.solve(1.0)
+    program, answer = own.program, own.solve(1.0, ACCURACY)
     rest = np.zeros((structure.assembly.n_blocks, 6))
     if answer.status is Status.PRIMAL_INFEASIBLE:
         return ImplicitStep(np.inf, rest, 0.0, None, none, none, 0.0)
@@ -168,7 +165,7 @@ def implicit_step(configuration: Configuration, work: float) -> ImplicitStep:
     holds, slides = none.copy(), none.copy()
     holds[own.contact[closed]] = True
     slides[own.contact[closed & (slip > HOLDS * length)]] = True
-    loaded = replace(program, load=program.load + answer.multiplier * own.load)
+    loaded = replace(program, load=program.load + answer.multiplier / own.unit * own.live)
     force, proven = checked(loaded, answer.force)
     forces = forces_of(own.problem, force, answer.twist, least_adhesion(loaded, force), proven)
     residual = float(own.gap[carries].max(initial=0.0))
@@ -192,5 +189,5 @@ def settling_step(configuration: Configuration, work: float) -> Floats:
     rest = np.zeros((configuration.structure.assembly.n_blocks, 6))
     if own is None:
         return rest
-    answer = own.solve(0.0)
+    answer = own.solve(0.0, SETTLING_ACCURACY)
     return rest if answer.status.is_infeasible or answer.status.is_stalled else own.motion(answer)
