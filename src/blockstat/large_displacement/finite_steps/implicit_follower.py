@@ -36,6 +36,9 @@ NEAR = 0.1
 MOST_LENGTHENING = 2.0
 #: The first step, relative to the longest. Chosen: as long as those that follow in a facade of some hundred blocks.
 FIRST_STEP = 0.5
+#: Least power of the live load in the first step, relative to that of all its forces at the fastest corner. Chosen:
+#: where a linkage is lost while it goes back, its own is not positive.
+LEAST_POWER = 1e-3
 #: A step is halved in which the multiplier changes by more than so many times the wanted change. Chosen: the multiplier
 #: of a step depends a little on its length, and that is no change of the mechanism.
 LEAP = 3.0
@@ -139,9 +142,10 @@ class ImplicitFollower:
 
     def _first_work(self, start: PathPoint) -> float:
         """Live work of a first step along the tangent at the start [J]."""
-        assembly = self.structure.assembly
+        assembly, live = self.structure.assembly, self.structure.live_load(start.pose)
         speed = float(corner_speed(displaced_assembly(assembly, start.pose), start.tangent).max())
-        return float((self.structure.live_load(start.pose) * start.tangent).sum()) * FIRST_STEP * self.step / speed
+        least = LEAST_POWER * float(np.linalg.norm(live[:, :3], axis=1).sum()) * speed
+        return max(float((live * start.tangent).sum()), least) * FIRST_STEP * self.step / speed
 
     def _at(self, linkage: Linkage, pose: Pose, work: float) -> Here:
         """A pose and the step of a given live work that leads on from it."""

@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 #: The longest step where the value is not a straight line. Relative to the median size of the blocks. Chosen: the gaps
 #: that a step leaves are of second order in it, hence about 0.03^2, a thousandth of a block.
 LONGEST_STEP = 0.03
-#: Structures with more blocks than this are followed by implicit steps. Chosen: from there on their mechanisms seldom
-#: are a few macro-blocks.
+#: Structures with more blocks than this are followed by implicit steps. Chosen: from there on their mechanisms are
+#: seldom of a few bodies.
 IMPLICIT_ABOVE = STRUCTURED // 10
-#: The longest implicit step, relative to the median size of the blocks. Chosen: a block that slides so far leaves gaps
-#: of a twentieth of it.
+#: The longest implicit step, relative to the median size of the blocks. Chosen: a facade as wide as it is high then
+#: takes about as many steps as are asked for.
 LONGEST_IMPLICIT_STEP = 0.15
 
 
