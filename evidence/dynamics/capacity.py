@@ -26,7 +26,7 @@ from blockstat.large_displacement.displaced.pose import displaced_assembly, disp
 from dynsim import Settings, simulate
 from evidence import results
 from evidence.references.walls import wall
-from evidence.scenes.small import arch, assembly, bonded_facade, box, running_bond, slice_, u_wall
+from evidence.scenes.small import arch, assembly, box, running_bond, slice_, u_wall
 from evidence.tables import table
 
 SEED = 23
@@ -60,6 +60,20 @@ def portal(span: float, thickness: float, width: float, height: float, voussoirs
     blocks += [
         slice_([*joint(a)[::-1], *joint(b)], 1.0, name=f"voussoir{k}") for k, (a, b) in enumerate(pairwise(angles))
     ]
+    return assembly(blocks)
+
+
+def bonded_facade(front: int, side: int, courses: int) -> Assembly:
+    """Like `u_wall`, of so many whole blocks along the facade and along each side wall."""
+    length = 2 * front
+    blocks = [box((-2, -2, -1), (length + 2, 2 * side + 4, 0), name="ground")]
+    for z in range(courses):
+        shift = z % 2
+        plans = [((x, 0), (x + 2, 1)) for x in range(shift, length - shift, 2)]
+        for x in (0, length - 1):
+            plans += [((x, y), (x + 1, y + 2)) for y in range(1 - shift, 2 * side + 1 - shift, 2)]
+            plans += [((x, 2 * side), (x + 1, 2 * side + 1))] * shift
+        blocks += [box((*low, z), (*high, z + 1)) for low, high in plans]
     return assembly(blocks)
 
 

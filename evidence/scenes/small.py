@@ -215,20 +215,6 @@ def u_wall(courses: int):
     return assembly(blocks)
 
 
-def bonded_facade(front: int, side: int, courses: int):
-    """Like `u_wall`, of so many whole blocks along the facade and along each side wall."""
-    length = 2 * front
-    blocks = [box((-2, -2, -1), (length + 2, 2 * side + 4, 0), name="ground")]
-    for z in range(courses):
-        shift = z % 2
-        plans = [((x, 0), (x + 2, 1)) for x in range(shift, length - shift, 2)]
-        for x in (0, length - 1):
-            plans += [((x, y), (x + 1, y + 2)) for y in range(1 - shift, 2 * side + 1 - shift, 2)]
-            plans += [((x, 2 * side), (x + 1, 2 * side + 1))] * shift
-        blocks += [box((*low, z), (*high, z + 1)) for low, high in plans]
-    return assembly(blocks)
-
-
 def facade(courses: int):
     """The front of `u_wall` without its side walls."""
     blocks = [box((-2, -2, -1), (8, 7, 0))]

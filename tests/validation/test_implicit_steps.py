@@ -7,8 +7,9 @@ from blockstat import Assembly, JointLaw, Tie, box, capacity
 from blockstat.large_displacement.finite_steps import whole_path
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.path import PathEnd
+from evidence.dynamics.capacity import bonded_facade
 from evidence.references.walls import wall
-from evidence.scenes.small import bonded_facade, u_wall
+from evidence.scenes.small import u_wall
 
 GROUND = box((-9, -5, -1), (9, 5, 0), name="ground", group="ground")
 OUTWARDS = (0, -1, 0)
