@@ -209,7 +209,8 @@ class ImplicitFollower:
         """The state at the end, located by the secant method, and the end.
 
         Beyond a multiplier of zero nothing is known but that it is not positive. So the secant is that of the two last
-        trials before it, and where it leads beyond, the interval is halved.
+        trials before it, and where it leads beyond, the interval is halved. A multiplier that falls to zero from more
+        than it changes in a step has leapt: the mechanism has changed.
         """
 
         def excess(at: Here) -> float:
@@ -233,10 +234,12 @@ class ImplicitFollower:
                 high = part
             else:
                 before, short = short, (part, found)
-        # The multiplier falls below zero at a change of the mechanism.
         if short[0]:
             yield _state(short[1])
-        yield PathEnd.COLLAPSE if end is PathEnd.ZERO else PathEnd.LOST
+        if end is PathEnd.REACHED:
+            yield PathEnd.LOST
+        else:
+            yield PathEnd.ZERO if short[1].multiplier <= self.change * scale else PathEnd.COLLAPSE
 
 
 def _moved(pose: Pose, motion: Floats) -> Pose:
