@@ -9,7 +9,7 @@ from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.path import PathEnd
 from evidence.dynamics.capacity import bonded_facade
 from evidence.references.walls import wall
-from evidence.scenes.small import u_wall
+from evidence.scenes.small import running_bond, u_wall
 
 GROUND = box((-9, -5, -1), (9, 5, 0), name="ground", group="ground")
 OUTWARDS = (0, -1, 0)
@@ -108,6 +108,14 @@ def test_where_bricks_slide_friction_takes_the_rest():
     sheared = capacity(bonded_facade(5, 3, 7).with_(friction=0.6), OUTWARDS, control="mean", displacement=0.3)
     work, rise = energies(sheared)
     assert 1.05 * rise[-1] < work[-1] < 1.5 * rise[-1]
+
+
+def test_a_wall_in_its_plane_is_followed_to_its_end():
+    # Close to the end a shorter step finds contacts open that close in a longer one, and no multiplier.
+    curve = capacity(running_bond(10, 7).with_(friction=0.65), (1, 0, 0))
+    assert curve.outcome.word in ("zero", "collapse")
+    assert 0 <= curve.lower[-1] < 0.1 * curve.lower[0]
+    assert np.isfinite(curve.displacement).all()
 
 
 def test_forces_in_equilibrium_at_every_pose_prove_the_curve(facade):

@@ -173,7 +173,7 @@ class ImplicitFollower:
                     break
             part = 1.0
             shorter = self._at(here.linkage, here.pose, here.work / 2)
-            if shorter.step.multiplier is None or np.isinf(shorter.multiplier):
+            if not self.tolerance * scale < shorter.multiplier < np.inf:  # contacts that closed in the step carried it
                 after = self._after(here, 1.0, here.work)
                 break
             here = shorter
@@ -227,7 +227,7 @@ class ImplicitFollower:
                 yield end
                 return
             low, part = short[0], 0.5 * (short[0] + high)
-            if before is not None and (gained := excess(short[1]) - excess(before[1])) > 0:
+            if before is not None and (gained := excess(short[1]) - excess(before[1])) > 0 and np.isfinite(gained):
                 part = min(low - excess(short[1]) * (low - before[0]) / gained, 0.5 * (part + high))
             found = self._after(here, part, here.work)
             if excess(found) > 0:
