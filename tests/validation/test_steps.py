@@ -11,7 +11,7 @@ import pytest
 
 from blockstat import Assembly, JointLaw, Tie, box, capacity, find_interfaces, limit_load
 from blockstat.large_displacement.displaced.pose import displaced_assembly, displaced_points
-from blockstat.large_displacement.finite_steps import follower
+from blockstat.large_displacement.finite_steps import follower, whole_path
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.path import PathEnd
 from blockstat.model import Run, walls
@@ -112,7 +112,8 @@ def test_bullet_goes_back_below_the_curve_and_on_above_it(ferris, share, sign):
     assert sign * (run.since_release[-1][:, 0] @ free) / free.sum() > 1e-4
 
 
-def test_a_lintel_that_slides_off_its_bearing_leaves_and_the_curve_goes_on_without_it():
+@pytest.mark.parametrize("implicit", [False, True])
+def test_a_lintel_that_slides_off_its_bearing_leaves_and_the_curve_goes_on_without_it(monkeypatch, implicit):
     # The pier tips away below the lintel, which bears on it by .1 m. Without it, F / W = tan(45 deg - turn).
     blocks = [
         GROUND,
@@ -124,6 +125,9 @@ def test_a_lintel_that_slides_off_its_bearing_leaves_and_the_curve_goes_on_witho
     asm = Assembly.from_blocks(
         blocks, supports=["ground", "abutment"], friction=2.0, density=1 / 9.80665, joints=slippery
     )
+    if implicit:
+        monkeypatch.setattr(whole_path, "IMPLICIT_ABOVE", 0)
+        monkeypatch.setattr(LinkageFollower, "_pieces", lambda self, state: iter([PathEnd.LOST]))
     curve = capacity(asm, [("pier", (0.5, 0.5, 0.5), (1, 0, 0))], control="pier")
     assert any('"lintel": fallen out' in text for text in curve.warnings)
     assert curve.outcome.word == "zero"
