@@ -11,18 +11,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, bracket, limit_load
 from blockstat.analysis.problem import Problem, crushes
-from blockstat.analysis.rims import overlap_warnings, rim_warnings
+from blockstat.analysis.rims import ROUNDS, overlap_warnings, pairs_driven, rim_warnings
 from blockstat.analysis.thrust import shared_joints, standing, with_overlaps
 from blockstat.analysis.verdict import unit_motion
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.unresolved import unresolved_contacts
 from blockstat.errors import InputError, known_options
 from blockstat.loading.faces import selected, up_of
 from blockstat.loading.on_faces import facing
@@ -200,7 +201,8 @@ def moving_load(
     wrenches = train_loads(road, train, place, which, spread=spread, footprint=footprint)
     given: dict[str, Any] = {"loads": loads, "gap": gap, "interfaces": shared}
     judge = partial(limit_load, problem.assembly, **given, solver=solver, tolerance=FINER * tolerance)
-    search = _Search(problem, inside, wrenches, place, joint, solver, tolerance, judge)
+    stand = partial(standing, problem.assembly, **options | {"friction": None, "gravity": None}, solver=solver)
+    search = _Search(problem, inside, wrenches, place, solver, tolerance, judge, stand)
     if only_worst:
         search.run_worst()
     else:
@@ -216,19 +218,25 @@ class _Search:
     inside: Floats  #: forces with slack under the dead load
     wrenches: Floats
     place: Floats
-    joint: np.ndarray  #: places where an axle passes from a block to the next, shape (n,)
     solver: str
     tolerance: float
     judge: Callable[[Floats], LimitLoad]  #: what `limit_load` makes of a load
+    #: the problem with other joints under the dead load, and forces with slack
+    stand: Callable[..., tuple[Problem, Floats]]
     solves: int = 0
     fields: dict[int, Floats] = field(default_factory=dict)  #: forces at the lower bounds of places
     unbounded: set[int] = field(default_factory=set)  #: places where any multiple is carried
     undecided: set[int] = field(default_factory=set)  #: places whose own bracket is not proven
     told: list[str] = field(default_factory=list)  #: why
     twists: list[Floats] = field(default_factory=list)
+    #: pairs of blocks whose contacts without a unique normal some mechanism needs, shape (n, 2)
+    held: Ints = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
+    beside: tuple[Problem, Floats] | None = None  #: the problem with these contacts as joints, and forces with slack
 
     def __post_init__(self) -> None:
-        n = len(self.wrenches)
+        n, joints = len(self.wrenches), self.problem.interfaces
+        seen = cache(partial(unresolved_contacts, self.problem.assembly, joints, gap=self.problem.gap))
+        self.problem = replace(self.problem, unresolved=seen)
         self.loads = np.stack([self.problem.scaled(load) for load in self.wrenches])
         self.lower, self.upper = np.zeros(n), np.full(n, np.inf)
         self.by = np.full(n, -1)  #: the mechanism of the upper bound
@@ -238,8 +246,12 @@ class _Search:
 
     def run(self) -> None:
         """Solve where the bounds do not meet, coarse steps first."""
-        # Between two joints the load is linear in its place, and what is known at both bounds what lies between.
-        rows = (np.flatnonzero(self.joint), np.flatnonzero(~self.joint))
+        # While the axles stay on their blocks the load is linear in its place, and what is known at the first and the
+        # last of such places bounds those between them.
+        loaded = self.wrenches.any(axis=2)
+        passes = (loaded[1:] != loaded[:-1]).any(axis=1)
+        outer = np.append(True, passes) | np.append(passes, True)
+        rows = (np.flatnonzero(outer), np.flatnonzero(~outer))
         for k in (int(own[i]) for own in rows for i in _coarse_first(len(own))):
             if self._open(k):
                 self._from_neighbours(k)
@@ -302,8 +314,8 @@ class _Search:
         elif (told := self._hidden(motion)) is not None:
             self.undecided.add(k)
             self.told += told
-        elif rim_warnings(self.problem, motion):
-            self._judge(k)
+        elif len(driven := pairs_driven(self.problem, motion)):
+            self._hold(k, upper, rim_warnings(self.problem, motion), driven)
         else:
             self._note(twist, upper, k)
 
@@ -312,6 +324,35 @@ class _Search:
         self.problem = with_overlaps(self.problem)
         told = overlap_warnings(self.problem, motion)
         return told if told or crushes(self.problem, motion) else None
+
+    def _hold(self, k: int, own: float, told: list[str], driven: Ints) -> None:
+        """Bound a place by a mechanism that no contacts without a unique normal resist, whatever these carry.
+
+        own : the upper bound without them
+        told : what to say where they may carry more
+        driven : pairs that the mechanism of this bound drives into each other at such contacts
+        """
+        problem, load, finer = self.problem, self.wrenches[k], FINER * self.tolerance
+        for _ in range(ROUNDS):
+            if len(driven := _others(driven, self.held)) or self.beside is None:
+                self.held = np.concatenate([self.held, driven])
+                more = problem.unresolved().among(self.held, problem.assembly.n_blocks)
+                self.beside = self.stand(interfaces=more.beside(problem.interfaces))
+            outcome, _, upper, _, twist, _ = bracket(*self.beside, load, self.solver, finer)
+            motion = unit_motion(problem.assembly, self.beside[0].to_blocks(twist))
+            if outcome is not LoadOutcome.LIMIT or self._hidden(motion) is not None:
+                break
+            if not len(driven := _others(pairs_driven(problem, motion), self.held)):
+                self._note(twist, upper, k)
+                if self._open(k) and _close(own, upper, self.tolerance):  # the ends are those of two problems
+                    _, lower, _, force, _, _ = bracket(problem, self.inside, load, self.solver, finer)
+                    if lower > self.lower[k]:
+                        self.lower[k], self.fields[k] = lower, force
+                if self._open(k):
+                    self.undecided.add(k)
+                    self.told += told
+                return
+        self._judge(k)
 
     def _judge(self, k: int) -> None:
         """Bound a place as `limit_load` does, which asks contacts without a unique normal too."""
@@ -412,6 +453,11 @@ class _Search:
 def _close(lower: float, upper: float, tolerance: float) -> bool:
     """Whether a bracket is narrow enough, relative to its upper end."""
     return bool(np.isfinite(upper) and upper - lower <= tolerance * upper)
+
+
+def _others(pairs: Ints, known: Ints) -> Ints:
+    """The pairs that are not among others, shape (n, 2)."""
+    return pairs[[pair not in {*map(tuple, known.tolist())} for pair in map(tuple, pairs.tolist())]]
 
 
 def _coarse_first(n: int) -> list[int]:
