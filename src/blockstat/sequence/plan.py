@@ -320,9 +320,7 @@ class PlanVerdict(Result):
             if self.tilt is not None and self.tilt_any_way is not None:
                 row |= {"tilt": self.tilt[k], "tilt_any_way": self.tilt_any_way[k]}
             if self.plan.props:
-                row |= {"props": list(props[k]), "prop_force": None}
-                if propped is not None:
-                    row["prop_force"] = [finite(force) for force in propped.force]
+                row |= {"props": list(props[k]), "prop_force": propped and [finite(force) for force in propped.force]}
             found.append(row)
         return found
 
