@@ -102,7 +102,7 @@ JOBS: Sequence[Job] = (
     result("stiffness", 2, "dynamics.stiffness", fewer="--walls 1"),
     result("settlements", 1.5, "checks.settlements"),
     result("panel", 3, "checks.panel", fewer="--step 0.05 --draws 2"),
-    result("capacity", 15, "dynamics.capacity", fewer="--scenes 1 --places 1"),
+    result("capacity", 15, "dynamics.capacity", fewer="--scenes 1 --places 1 --large 1"),
     result("loads", 1, "dynamics.loads --strips docs", "docs/strip-*.png"),
     result("iterations", 2, "dynamics.iterations"),
     result("plans", 30, "dynamics.plans", fewer="--only arch", needs=(SEQUENCES,)),

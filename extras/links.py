@@ -8,6 +8,7 @@ links depend on other machines, so no test asks them. The standard library is en
 """
 
 import argparse
+import json
 import re
 import sys
 from collections.abc import Iterator
@@ -52,6 +53,19 @@ def pages() -> list[Path]:
     return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted(docs)]
 
 
+def notebooks() -> list[Path]:
+    """All notebooks."""
+    return sorted((ROOT / "notebooks").glob("*.ipynb"))
+
+
+def text_of(page: Path) -> str:
+    """The text of a page; of a notebook that of its Markdown cells."""
+    if page.suffix != ".ipynb":
+        return page.read_text()
+    cells = json.loads(page.read_text())["cells"]
+    return "\n\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown")
+
+
 def prose(text: str) -> str:
     """A page without its blocks of code, and with the words of code spans crossed out."""
     text = INDENTED.sub("\n", FENCE.sub("", text))
@@ -60,7 +74,7 @@ def prose(text: str) -> str:
 
 def links(page: Path) -> list[Link]:
     """Links and pictures of a page, in their order."""
-    return [Link(page, found[2], found[3], bool(found[1])) for found in LINK.finditer(prose(page.read_text()))]
+    return [Link(page, found[2], found[3], bool(found[1])) for found in LINK.finditer(prose(text_of(page)))]
 
 
 def anchors(page: Path) -> set[str]:
@@ -100,8 +114,8 @@ def broken(page: Path) -> Iterator[str]:
 def external() -> dict[str, list[str]]:
     """Pages by external address."""
     found: dict[str, list[str]] = {}
-    for page in pages():
-        for address in sorted(set(ADDRESS.findall(prose(page.read_text())))):
+    for page in (*pages(), *notebooks()):
+        for address in sorted(set(ADDRESS.findall(prose(text_of(page))))):
             found.setdefault(address.rstrip(".,;"), []).append(str(page.relative_to(ROOT)))
     return dict(sorted(found.items()))
 

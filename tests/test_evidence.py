@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -209,11 +210,16 @@ def test_a_job_that_measures_the_clock_runs_when_the_others_are_done(elsewhere):
     assert (elsewhere / "clock.md").stat().st_mtime >= max(ends) + 0.5
 
 
+def write_runs(directory: Path, page: str, **cells: tuple) -> None:
+    """Directories of runs by name, each with the page filled in."""
+    for name, own in cells.items():
+        (directory / name).mkdir()
+        (directory / name / "page.md").write_text(page.format(*own))
+
+
 def test_pages_of_two_runs_are_the_same_but_for_seconds(tmp_path):
     page = "# Page\n\n| scene | verdict | with score [s] |\n|---|---|---|\n| hut | {} | {} |\n\nIt takes {} s.\n"
-    for name, cells in (("one", ("stands", 1.5, 3)), ("two", ("stands", "2.25; 1.5", 4)), ("three", ("falls", 1.5, 3))):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "page.md").write_text(page.format(*cells))
+    write_runs(tmp_path, page, one=("stands", 1.5, 3), two=("stands", "2.25; 1.5", 4), three=("falls", 1.5, 3))
     assert differences(tmp_path / "one", tmp_path / "two") == []
     (only,) = differences(tmp_path / "one", tmp_path / "three")
     assert only.startswith("page.md:5\n- ")
@@ -223,13 +229,11 @@ def test_pages_of_two_runs_are_the_same_but_for_seconds(tmp_path):
 def test_rows_of_seconds_and_parts_about_speed_differ_in_no_run(tmp_path):
     page = "| | value |\n|---|---|\n| all draws [ms] | {} |\n| iterations | {} |\n\n{}\n\n- order {}%\n\n{}\n"
     begin, end = "<!-- results: solvers profiles -->", "<!-- end -->"
-    written = {
-        "one": (17.6, 12, begin, 20, end), "two": (19.1, 12, begin, 18, end), "three": (17.6, 13, begin, 20, end),
-        "four": (17.6, 12, "", 20, end), "five": (17.6, 12, "", 18, end),
-    }  # fmt: skip
-    for name, cells in written.items():
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "page.md").write_text(page.format(*cells))
+    write_runs(
+        tmp_path, page,
+        one=(17.6, 12, begin, 20, end), two=(19.1, 12, begin, 18, end), three=(17.6, 13, begin, 20, end),
+        four=(17.6, 12, "", 20, end), five=(17.6, 12, "", 18, end),
+    )  # fmt: skip
     assert differences(tmp_path / "one", tmp_path / "two") == []
     assert "| 13 " in differences(tmp_path / "one", tmp_path / "three")[0]
     assert "order" in differences(tmp_path / "four", tmp_path / "five")[0]
@@ -246,19 +250,17 @@ def test_rows_of_seconds_and_parts_about_speed_differ_in_no_run(tmp_path):
     ],
 )
 def test_loads_ratios_and_multiples_are_no_times(line, tmp_path):
-    for name, value in (("one", 1.25), ("two", 1.5)):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "page.md").write_text(line.format(value))
+    write_runs(tmp_path, line, one=(1.25,), two=(1.5,))
     assert len(differences(tmp_path / "one", tmp_path / "two")) == 1
 
 
 def test_which_methods_were_faster_is_about_time(tmp_path):
     page = "These were {}:\n\n- arches: {}\n\nThe end.\n\n- walls: {}\n"
-    written = {"one": ("faster", "a", "c"), "two": ("faster", "b", "c"), "three": ("right", "a", "c")}
-    written |= {"four": ("right", "b", "c"), "five": ("faster", "a", "d")}
-    for name, cells in written.items():
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "page.md").write_text(page.format(*cells))
+    write_runs(
+        tmp_path, page,
+        one=("faster", "a", "c"), two=("faster", "b", "c"), three=("right", "a", "c"), four=("right", "b", "c"),
+        five=("faster", "a", "d"),
+    )  # fmt: skip
     assert differences(tmp_path / "one", tmp_path / "two") == []
     assert "arches" in differences(tmp_path / "three", tmp_path / "four")[0]
     assert "walls" in differences(tmp_path / "one", tmp_path / "five")[0]

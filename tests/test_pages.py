@@ -20,7 +20,7 @@ def name(path):
     return str(path.relative_to(links.ROOT))
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name)
+@pytest.mark.parametrize("page", [*PAGES, *links.notebooks()], ids=name)
 def test_links_inside_the_project_lead_to_a_file_and_a_heading(page):
     assert list(links.broken(page)) == []
 

@@ -1,6 +1,6 @@
 """Capacity curves beside Bullet: released on either side of a point of the curve, do the blocks go back or on?
 
-    python -m evidence.dynamics.capacity [--scenes N] [--places N] [--json] [--write FILE]
+    python -m evidence.dynamics.capacity [--scenes N] [--places N] [--large N] [--json] [--write FILE]
 
 Random arches, arches on piers, walls in running bond pushed in and out of their plane, and facades in bond with side
 walls. A point of the curve is taken half-way down, by its multiplier. Under that multiplier, held constant, the blocks
@@ -8,7 +8,8 @@ at nine tenths of its displacement must not go on, as the curve there is higher,
 are released at rest. Which way they go is told by the mean of their displacements weighted by the load, the control.
 Blocks that stay are held by friction or by less than Bullet resolves: on the near side that is no contradiction.
 
-`--write` also follows wall W1 of Ferris & Tin-Loi, with the multipliers that Bullet brackets at the poses of the curve.
+`--write` also follows wall W1 of Ferris & Tin-Loi, with the multipliers that Bullet brackets at the poses of the curve,
+and arches and facades up to 700 blocks, with their seconds, and the work of the load beside the rise of the weights.
 """
 
 from __future__ import annotations
@@ -36,6 +37,11 @@ SEEN = 0.01
 NEAR = 0.02
 #: What stays is run once more like this: near the limit the sweeps of coarse steps hold what fine ones let go.
 FINER = Settings(time_step=2.5e-4, quick_step=2.5e-4, fine_step=2.5e-4, iterations=200)
+#: Voussoirs of arches, and blocks along the front, the sides and the height of facades, whose curves are timed.
+ARCHES = (10, 30, 100)
+FACADES = ((5, 3, 7), (5, 3, 10), (9, 5, 16), (13, 9, 22))
+#: Facades up to so many blocks are released in Bullet, too.
+MOST_RELEASED = 350
 #: W1: displacements of its top right corner [m] at which its multiplier is looked for in Bullet.
 PLACES = (0.05, 0.1, 0.2)
 
@@ -54,6 +60,20 @@ def portal(span: float, thickness: float, width: float, height: float, voussoirs
     blocks += [
         slice_([*joint(a)[::-1], *joint(b)], 1.0, name=f"voussoir{k}") for k, (a, b) in enumerate(pairwise(angles))
     ]
+    return assembly(blocks)
+
+
+def bonded_facade(front: int, side: int, courses: int) -> Assembly:
+    """Like `u_wall`, of so many whole blocks along the facade and along each side wall."""
+    length = 2 * front
+    blocks = [box((-2, -2, -1), (length + 2, 2 * side + 4, 0), name="ground")]
+    for z in range(courses):
+        shift = z % 2
+        plans = [((x, 0), (x + 2, 1)) for x in range(shift, length - shift, 2)]
+        for x in (0, length - 1):
+            plans += [((x, y), (x + 1, y + 2)) for y in range(1 - shift, 2 * side + 1 - shift, 2)]
+            plans += [((x, 2 * side), (x + 1, 2 * side + 1))] * shift
+        blocks += [box((*low, z), (*high, z + 1)) for low, high in plans]
     return assembly(blocks)
 
 
@@ -177,11 +197,54 @@ def panel(places: int) -> list[list[object]]:
     return lines
 
 
+def work_over_rise(curve: CapacityCurve) -> float:
+    """Work of the load along a curve of the control "mean", relative to the rise of the weights."""
+    asm = curve.assembly
+    share = asm.mass * ~asm.support / asm.mass[~asm.support].sum()
+    work = float((0.5 * (curve.lower[1:] + curve.lower[:-1]) * np.diff(curve.displacement)).sum())
+    return work / float(share @ curve.points[-1].pose.displacement[:, 2])
+
+
+def large(number: int) -> list[list[object]]:
+    """Arches and facades by size: seconds of a limit load and of the whole curve, and which way Bullet goes."""
+    made = [(f"arch {n}", arch(n, 0.2), (1.0, 0.0, 0.0)) for n in ARCHES]
+    made += [
+        (f"facade {size[-1]} high", bonded_facade(*size).with_(friction=0.6), (0.0, -1.0, 0.0)) for size in FACADES
+    ]
+    lines: list[list[object]] = []
+    for name, asm, direction in made[:number]:
+        begin = process_time()
+        curve = capacity(asm, direction, control="mean")
+        seconds, limit = process_time() - begin, curve.timings["limit"]
+        ways = ["", ""]
+        if name.startswith("facade") and asm.n_blocks <= MOST_RELEASED:
+            released = row(name, asm, direction)
+            ways = [released.before, released.after]
+        last = f"{curve.lower[-1] / curve.lower[0]:.3f}"
+        each = f"{seconds / len(curve.points) / limit:.1f}"
+        cells = [
+            name,
+            asm.n_blocks,
+            len(curve.points),
+            curve.outcome.word,
+            last,
+            f"{limit:.2f}",
+            f"{seconds:.1f}",
+            each,
+        ]
+        lines.append([*cells, f"{work_over_rise(curve):.2f}", *ways])
+        print(lines[-1], flush=True)
+    return lines
+
+
 def main() -> None:
     """Print and write the tables."""
     parser = results.parser(__doc__)
     parser.add_argument("--scenes", type=int, default=30, metavar="N")
     parser.add_argument("--places", type=int, default=len(PLACES), metavar="N", help="of W1, so many alone")
+    parser.add_argument(
+        "--large", type=int, default=len(ARCHES) + len(FACADES), metavar="N", help="so many sizes alone"
+    )
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     rows = []
@@ -209,7 +272,9 @@ def main() -> None:
     ]  # fmt: skip
     summary = f"- From both sides of the point Bullet goes as the curve says in {right} of {len(rows)} scenes."
     w1 = table(["top right corner [mm]", "curve", "Bullet at that pose"], panel(options.places))
-    parts = {"summary": summary, "scenes": table(head, cells), "w1": w1}
+    sizes = table(["", "blocks", "points", "end", "last / first", "limit load [s]", "curve [s]", "limit loads a point",
+                   "work / rise", "from .9", "from 1.1"], large(options.large))  # fmt: skip
+    parts = {"summary": summary, "scenes": table(head, cells), "w1": w1, "large": sizes}
     results.report(options, [one.__dict__ for one in rows], parts)
 
 

@@ -15,8 +15,7 @@ from blockstat.large_displacement.displaced.control import conjugate_control
 from blockstat.large_displacement.displaced.loads import read_loads
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
 from blockstat.large_displacement.displaced.structure import Configuration, Structure
-from blockstat.large_displacement.finite_steps.fall import _without_blocks
-from blockstat.large_displacement.finite_steps.trial_state import NOT_SOLVED, TrialState
+from blockstat.large_displacement.finite_steps.fall import without_blocks
 from blockstat.large_displacement.linkage.linkage import linkage_at_rest
 from blockstat.large_displacement.linkage.path import PathEnd, end_at
 from blockstat.large_displacement.statics import limit_state as of_load
@@ -207,7 +206,6 @@ def test_a_tie_to_a_stone_that_has_fallen_holds_nothing():
     structure = here.structure
     linkage = linkage_at_rest(structure, np.zeros((3, 6)), conjugate_control(structure))
     assert linkage.ties.tolist() == [0]
-    trial = TrialState(linkage, here.pose, 0.0, NOT_SOLVED, 0.0, None)
-    rest = _without_blocks(trial, np.array([2]))
+    rest = without_blocks(linkage, np.array([2]))
     assert rest.ties.tolist() == rest.slack.tolist() == []
     assert of_load.limit_state(rest.configuration(here.pose, 0.0)).multiplier == pytest.approx(0.25, rel=1e-6)

@@ -11,7 +11,6 @@ from blockstat.analysis.problem import pose
 from blockstat.contact.faces import frames
 from blockstat.contact.interfaces import GAP
 from blockstat.program.bonds import bond_columns, bond_forces, bonded
-from blockstat.program.condensed import Bodies, moving_as_one
 from blockstat.program.conic import ConicProgram, PointBounds, conic_program
 from blockstat.program.equilibrium import Columns, equilibrium, in_place, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
@@ -646,9 +645,8 @@ def test_points_of_one_place_in_two_joints_are_paired_within_their_joint():
 def test_data_is_frozen_and_compared_by_identity(pile, flat):
     own, eq = program(), eq_of(pile)
     conic, columns = conic_program(own, own.load), bond_columns(pile[1], np.array([1]))
-    bodies = Bodies(own, np.array([0, 1, 1]), np.zeros((3, 3)))
     bonds = bond_forces(pile[1], np.array([1]), np.ones((4, 3)))
-    for data in (own, eq, conic, conic.bounds, columns, flat.plane, bodies, bonds):
+    for data in (own, eq, conic, conic.bounds, columns, flat.plane, bonds):
         name = fields(data)[0].name
         with pytest.raises(FrozenInstanceError):
             setattr(data, name, None)
@@ -656,49 +654,7 @@ def test_data_is_frozen_and_compared_by_identity(pile, flat):
         assert len({data, replace(data)}) == 2
 
 
-# Bodies, bonds and ties.
-
-
-def test_loads_and_motions_of_bodies_are_about_the_middle_of_their_blocks():
-    own, rng = program(), np.random.default_rng(5)
-    centroid, body = rng.normal(size=(3, 3)), np.array([1, 0, 1])
-    bodies = Bodies(own, body, centroid)
-    assert bodies.number == 2
-    middle = [centroid[1], (centroid[0] + centroid[2]) / 2]
-    load = rng.normal(size=(3, 6))
-    expected = np.zeros((2, 6))
-    for k in range(3):
-        arm = centroid[k] - middle[body[k]]
-        expected[body[k]] += [*load[k, :3], *(load[k, 3:] + np.cross(arm, load[k, :3]))]
-    assert bodies.loads(load.reshape(-1)).reshape(2, 6) == pytest.approx(expected)
-    twist = rng.normal(size=(2, 6))
-    moved = [
-        [*(twist[b, :3] + np.cross(twist[b, 3:], centroid[k] - middle[b])), *twist[b, 3:]] for k, b in enumerate(body)
-    ]
-    assert bodies.twists(twist.reshape(-1)).reshape(3, 6) == pytest.approx(np.array(moved))
-    # Points between bodies, and between a body and a support; not those within one.
-    assert bodies.columns.tolist() == [0, 1, 2, 3, 4, 5, 7]
-    condensed = bodies.program
-    assert condensed.n_points == 6
-    assert condensed.plane is None
-    assert condensed.point_blocks.tolist() == [[-1, 1], [0, 1], [1, 0], [1, -1], [1, 0], [0, 1], [-1, 0]]
-    for name in ("friction", "shift", "lower", "upper"):
-        assert (getattr(condensed, name) == getattr(own, name)[[0, 1, 2, 3, 4, 5, 7]]).all()
-    still = Bodies(own, np.array([-1, -1, -1]), centroid)
-    assert still.number == 0
-    with pytest.raises(FrozenInstanceError):
-        still.body = body
-
-
-def test_joints_move_when_their_fastest_point_does_and_supports_are_one_ground():
-    support = np.array([False, True, False, True, False])
-    pair = np.array([[0, 1], [2, 3], [0, 1], [2, 4], [1, 4]])
-    rate = np.array([[0, 1e-3, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0.3], [0.0, -1.0, 0]])
-    assert moving_as_one(support, pair, rate, 1e-3).tolist() == [-1, -1, -1, -1, 0]
-    assert moving_as_one(support, pair, rate, 0.9e-3).tolist() == [0, -1, -1, -1, 1]
-    assert moving_as_one(support, pair, rate, 0.3).tolist() == [-1] * 5
-    assert moving_as_one(support, pair, 0 * rate, 0.0).tolist() == [-1] * 5
-    assert moving_as_one(support, pair[:0], rate[:0], 0.0).tolist() == [0, -1, 1, -1, 2]
+# Bonds and ties.
 
 
 def test_bonds_at_the_centre_have_capacities_in_force_and_moment(pile):

@@ -177,20 +177,6 @@ def test_long_steps_along_a_straight_curve_lead_where_short_ones_do():
     assert [few.at(x)[0] for x in where] == pytest.approx([many.at(x)[0] for x in where], abs=0.01 * few.upper[0])
 
 
-def test_macro_blocks_give_the_same_curve_as_all_blocks(monkeypatch):
-    facade = u_wall(12)
-    how = {"control": "mean", "displacement": 0.05, "steps": 8}
-    coarse = capacity(facade, (0, -1, 0), **how)
-    monkeypatch.setattr(follower, "MACRO_BLOCKS_ABOVE", facade.n_blocks)
-    fine = capacity(facade, (0, -1, 0), **how)
-    there = np.linspace(0, 0.049, 10)
-    found, known = (np.array([curve.at(one) for one in there]) for curve in (coarse, fine))
-    assert found[:, 0] == pytest.approx(known[:, 0], rel=2e-3)
-    assert (found[:, 1] >= known[:, 1] - 1e-3 * known[0, 1]).all()  # fewer motions: a higher upper bound
-    assert (found[:, 1] > known[:, 1] + 1e-3).any()
-    assert ["macro-blocks" in " ".join(curve.warnings) for curve in (coarse, fine)] == [True, False]
-
-
 def test_an_arch_that_slides_and_jumps_ends_where_it_does_with_other_steps():
     scene, direction = next((asm, push) for name, asm, push in scenes(16) if name == "arch 15")
     curves = [capacity(scene, direction, control="mean", steps=steps) for steps in (20, 40)]
@@ -208,8 +194,7 @@ def test_a_multiplier_that_leaps_below_zero_is_no_zero(monkeypatch, leap, end):
         return SimpleNamespace(limit=SimpleNamespace(multiplier=0.2 - 0.4 * length - leap * (length > 0.4)))
 
     monkeypatch.setattr(follower, "stepped", state)
-    monkeypatch.setattr(follower, "with_macro_blocks_that_hold", lambda trial: (trial, trial.limit))
-    monkeypatch.setattr(follower, "path_state", lambda trial, limit: limit.multiplier)
+    monkeypatch.setattr(follower, "path_state", lambda trial: trial.limit.multiplier)
     steps = follower.StepFollower(None, end=1.0, step=1.0, longest=1.0, change=0.1, tolerance=1e-6)
     *states, last = steps._located_end(state(None, 0.0), state(None, 1.0), 1.0, 0.2, PathEnd.ZERO)
     assert last is end

@@ -12,7 +12,7 @@ The words of these rooms:
 - parameter: the displacement of the control, or the movement of the supports [m].
 - event: a change of the active set. At a jump the structure moves at constant parameter.
 - limit state: the limit multiplier at a pose, its mechanism and its forces.
-- macro-block: blocks that move as one rigid body.
+- implicit step: a finite step as one convex program, in which contacts slide, open and close.
 - associated flow: a joint that slides opens by friction times slip. Non-associated flow ("coulomb"): it does not open.
 
 This room imports `analysis`, `certificate`, `contact`, `geometry`, `linear_algebra`, `program`, `solve`

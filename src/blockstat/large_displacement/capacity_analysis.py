@@ -188,10 +188,7 @@ def _first_step(states: StateSolver, linkage: Linkage, pose: Pose, limit: LimitL
     extent = float(np.ptp(limit.assembly.vertices[~limit.assembly.support[limit.assembly.vertex_block]], axis=0).max())
     largest = min(extent, end) / steps
     state = states.first(linkage, pose, limit.mechanism)
-    if state is None:
-        assert linkage.control is not None
-        raise InputError(f"control: the {linkage.control.name} does not move the mechanism; choose another block")
-    if not state.forces.admissible:  # followed by finite steps, which become shorter where the multiplier changes much
+    if state is None or not state.forces.admissible:  # followed by finite steps, which shorten where the value changes
         return largest
     if state.point.value <= 0:  # the joints that open lose their tension, and the path ends
         return largest

@@ -53,16 +53,15 @@ def relative_velocity_rows(
     VelocityRows
         One row for each pair.
     """
-    rows, bodies, coefficients = [], [], []
-    for side, sign in ((0, -1.0), (1, 1.0)):
-        which = np.append(body, -1)[pair[:, side]]
-        own = np.flatnonzero(which >= 0)
-        (arm_x, arm_y, arm_z), (x, y, z) = (place[side][own] - origin[which[own]]).T, direction[own].T
-        moment = [arm_y * z - arm_z * y, arm_z * x - arm_x * z, arm_x * y - arm_y * x]
-        rows.append(own)
-        bodies.append(which[own])
-        coefficients.append(sign * np.stack([x, y, z, *moment], axis=1))
-    return VelocityRows(len(pair), np.concatenate(rows), np.concatenate(bodies), np.concatenate(coefficients))
+    which = np.append(body, -1)[pair.T].reshape(-1)  # first of all a, then of all b
+    own = np.flatnonzero(which >= 0)
+    row, moving = own % len(pair) if len(pair) else own, which[own]
+    arm_x, arm_y, arm_z = (np.concatenate(place)[own] - origin[moving]).T
+    coefficients = np.empty((6, len(own)))
+    x, y, z = coefficients[:3] = direction[row].T * np.where(own < len(pair), -1.0, 1.0)
+    coefficients[3], coefficients[4] = arm_y * z - arm_z * y, arm_z * x - arm_x * z
+    coefficients[5] = arm_x * y - arm_y * x
+    return VelocityRows(len(pair), row, moving, coefficients.T)
 
 
 def summed(rows: VelocityRows) -> VelocityRows:

@@ -18,8 +18,6 @@ from blockstat.typing import Ints
 
 #: The first and shortest step of a fall. Relative to the longest step. Chosen: contacts that stop a fall may be near.
 FALL_STEP = 1.0 / 4.0
-#: The same where macro-blocks fall. Chosen: joints within macro-blocks that have moved unseen fall by so little.
-FALL_STEP_OF_MACRO_BLOCKS = 1.0 / 64.0
 #: Steps of a fall at most. Chosen: a fall without end is broken off.
 MAX_STEPS = 2000
 #: Blocks that have fallen so far without being stopped have left the structure. Relative to their size. Chosen: a block
@@ -65,7 +63,7 @@ def fall(
     NoRootError
         When the solver finds no fall, or the blocks jam.
     """
-    shortest = (FALL_STEP if trial.macro_blocks is None else FALL_STEP_OF_MACRO_BLOCKS) * longest
+    shortest = FALL_STEP * longest
     settles = trial.structure.live is None
     start, step, fallen, gone = trial, shortest, 0.0, 0.0
     for _ in range(MAX_STEPS):
@@ -84,11 +82,11 @@ def fall(
                 break
             yield FallenBlocks(trial.parameter, most)
             gone += trial.structure.part_of_live_power(last.pose, last.tangent, most)
-            rest = _without_blocks(standing, most)
+            rest = without_blocks(standing.linkage, most)
             if rest is None or gone > MAX_PART_FALLEN:
                 break
             none = np.zeros_like(rest.structure.interfaces.area)
-            trial = trial_state_at(rest, standing.pose, standing.parameter, none, macro_blocks=standing.macro_blocks)
+            trial = trial_state_at(rest, standing.pose, standing.parameter, none)
             start, fallen = trial, 0.0
         multiplier = trial.limit.multiplier
         if multiplier is not None:
@@ -102,8 +100,6 @@ def _fallen_on(standing: TrialState, step: float, shortest: float) -> tuple[Tria
     """The state after a step of a fall, and its length: so short that the closed joints do not change if it can be."""
     trial = stepped(standing, step)
     while step > shortest and trial.closed_joints() != standing.closed_joints():  # no block may be fallen through
-        if trial.macro_blocks is not None and trial.limit.multiplier is not None:
-            break
         step = max(step / 2, shortest)
         trial = stepped(standing, step)
     return trial, step
@@ -114,12 +110,22 @@ def _jump(start: TrialState, end: TrialState, last: PathPoint, after: float | No
     return PathEvent("jump", end.parameter, last.value, after, tuple(sorted(opened)), tuple(sorted(shut)))
 
 
-def _without_blocks(trial: TrialState, blocks: Ints) -> Linkage | None:
-    """The linkage without blocks, which become supports without contacts or ties.
+def without_blocks(linkage: Linkage, blocks: Ints) -> Linkage | None:
+    """Return the linkage without blocks, which become supports without contacts or ties.
 
-    None where most of the control is on them, or nothing else is left that moves.
+    Parameters
+    ----------
+    linkage
+        The linkage, which has a control.
+    blocks
+        Their numbers.
+
+    Returns
+    -------
+    Linkage or None
+        None where most of the control is on them, or nothing else is left that moves.
     """
-    linkage, control = trial.linkage, trial.linkage.control
+    control = linkage.control
     assert control is not None
     gone = np.zeros(linkage.assembly.n_blocks, dtype=bool)
     gone[blocks] = True

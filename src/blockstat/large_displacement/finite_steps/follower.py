@@ -6,11 +6,6 @@ associated flow. On supports that move, the motion of least potential energy giv
 the mechanism until the fastest corner has moved by a given length, and the closed contacts are projected onto zero gap
 (`contact_projection`). Where no multiplier is carried, blocks fall (`fall`).
 
-Most blocks of a large structure move together. Blocks whose joints move by a small part of the motion only are
-condensed to a macro-block, and the limit analysis of a trial step is that of the macro-blocks. At each state of the
-path the limit analysis of all blocks, whose joints slide as those of the macro-blocks, shows whether the macro-blocks
-hold; where they do not, smaller ones are used (`macro_block_check`).
-
 The length of a step is the arc length of the fastest corner, not a displacement of the control. So the control
 displacement may decrease: loose parts and snap-back are followed too. Unlike on a linkage, the pose depends on the
 length of the steps.
@@ -23,25 +18,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
 from blockstat.large_displacement.displaced.face_overlap import with_overlap_points
 from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks, fall
-from blockstat.large_displacement.finite_steps.macro_block_check import with_macro_blocks_that_hold
 from blockstat.large_displacement.finite_steps.step import stepped, trial_state_at
-from blockstat.large_displacement.finite_steps.trial_state import RIGID_JOINT_SPEEDS, TrialState, path_state
+from blockstat.large_displacement.finite_steps.trial_state import TrialState, path_state
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathPoint, PathState, end_at
 from blockstat.large_displacement.linkage.root_finding import NoRootError
-from blockstat.large_displacement.statics.limit_state import LimitState
-from blockstat.large_displacement.statics.macro_blocks import common_refinement, macro_blocks_of
-from blockstat.solve.dispatch import STRUCTURED
-from blockstat.typing import Ints
 
-#: Structures with more blocks than this are condensed to macro-blocks. Chosen: from there on that saves more time than
-#: it costs.
-MACRO_BLOCKS_ABOVE = STRUCTURED // 6
-#: Macro-blocks are made anew where they have become more than this many times as many.
-MOST_MACRO_BLOCKS = 2
 #: Largest deviation of the value from the straight line through the two states before it in a step that is longer than
 #: `StepFollower.step`. Relative to the value at the beginning. Chosen: a thousandth, in a step that is a thirtieth of
 #: the way.
@@ -88,11 +74,9 @@ class StepFollower:
             In order; the end comes last.
         """
         trial = self._first_trial(linkage, start)
-        known: Ints | None = None
         before: PathPoint | None = None
         last, scale, step = start, abs(start.value), self.step
         for _ in range(MAX_STEPS):
-            trial, limit = with_macro_blocks_that_hold(trial)
             if trial.limit.multiplier is None:
                 try:
                     fallen = yield from fall(trial, last, self.step)
@@ -102,16 +86,14 @@ class StepFollower:
                     yield PathEnd.COLLAPSE
                     return
                 before = None
-                trial, limit = with_macro_blocks_that_hold(fallen)
+                trial = fallen
                 if trial.limit.multiplier is None:
                     continue
-            if end_at(limit) is PathEnd.LOCKED:
+            if end_at(trial.limit) is PathEnd.LOCKED:
                 yield PathEnd.LOCKED
                 return
-            state = path_state(trial, limit)
+            state = path_state(trial)
             yield state
-            trial = self._with_current_macro_blocks(trial, limit, known)
-            known = trial.macro_blocks
             assert trial.limit.multiplier is not None
             try:
                 after, taken = self._next(before, trial, step, scale)
@@ -127,11 +109,6 @@ class StepFollower:
             trial = after
         yield PathEnd.LOST
 
-    @property
-    def _condenses(self) -> bool:
-        """Whether blocks are condensed to macro-blocks."""
-        return self.structure.live is not None and self.structure.assembly.n_blocks > MACRO_BLOCKS_ABOVE
-
     def _first_trial(self, linkage: Linkage, start: PathPoint) -> TrialState:
         """The state where the linkage is lost.
 
@@ -139,27 +116,12 @@ class StepFollower:
         joints may slide back.
         """
         faces = self.structure.interfaces
-        guess, macro_blocks = None, None
-        if self._condenses:
-            guess = start.tangent
-            here = linkage.configuration(start.pose, start.parameter)
-            macro_blocks = macro_blocks_of(here, guess, RIGID_JOINT_SPEEDS[0])
         joints = np.unique(linkage.contacts.joint[linkage.sliding])
         joints = joints[faces.area[joints] > 0]
         contacts = with_overlap_points(self.structure, linkage.contacts, joints, start.pose, start.parameter)
         none = np.zeros(faces.n_interfaces)
         linkage = replace(linkage, contacts=contacts)
-        return trial_state_at(linkage, start.pose, start.parameter, none, guess, macro_blocks)
-
-    def _with_current_macro_blocks(self, trial: TrialState, limit: LimitState, known: Ints | None) -> TrialState:
-        """The state with macro-blocks of the mechanism of all blocks, where those it has were given up or are many."""
-        if not self._condenses:
-            return trial
-        own = trial.macro_blocks
-        if own is not None and (known is None or own.max() <= MOST_MACRO_BLOCKS * known.max()):
-            return trial
-        now = macro_blocks_of(trial.configuration, limit.mechanism, RIGID_JOINT_SPEEDS[0])
-        return replace(trial, macro_blocks=now if known is None else common_refinement(known, now))
+        return trial_state_at(linkage, start.pose, start.parameter, none)
 
     def _next(self, before: PathPoint | None, trial: TrialState, step: float, scale: float) -> tuple[TrialState, float]:
         """The state after a step, and its length.
@@ -177,7 +139,7 @@ class StepFollower:
         while True:
             after = stepped(trial, step)
             value = after.limit.multiplier
-            torn = after.left_open - trial.left_open > step * (trial.sticking_speed + step / size)
+            torn = after.left_open - trial.left_open > step * (STICKING_SPEED + step / size)
             if torn and self.structure.live is None:  # a live load may find other blocks in contact
                 if step <= MIN_STEP * self.step:
                     raise NoRootError
@@ -221,10 +183,7 @@ class StepFollower:
         lost: PathEnd | None = None
         for count in range(MAX_END_TRIALS):
             if abs(excess(found)) <= tolerance:
-                last, limit = with_macro_blocks_that_hold(found)
-                if (lost := end_at(limit)) is not None:
-                    break
-                yield path_state(last, limit)
+                yield path_state(found)
                 yield end
                 return
             part = 0.5 if count % BISECTION == BISECTION - 1 else below / (below - above)

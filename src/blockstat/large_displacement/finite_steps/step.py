@@ -14,18 +14,13 @@ from blockstat.large_displacement.displaced.structure import slack_of_ties
 from blockstat.large_displacement.finite_steps.contact_projection import projected_onto_zero_gap
 from blockstat.large_displacement.finite_steps.trial_state import (
     NOT_SOLVED,
-    RIGID_JOINT_SPEEDS,
     TrialState,
-    with_limit_state,
 )
 from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.statics.limit_state import limit_state
 from blockstat.large_displacement.statics.settling_state import settling_state
-from blockstat.typing import Floats, Ints
+from blockstat.typing import Floats
 
-#: Contacts with a gap up to this count as closed where blocks are condensed to macro-blocks: joints within these may
-#: have moved, by `RIGID_JOINT_SPEEDS` times the largest displacement. Relative to the median size of the blocks.
-#: Chosen: what counts as touching at rest.
-MAX_MACRO_BLOCK_GAP = 1e-3
 #: The projection keeps contacts open whose gap is larger than this. Relative to the step. Chosen: a step of that length
 #: cannot close them.
 PROJECTION_REACH = 10
@@ -58,7 +53,7 @@ def stepped(trial: TrialState, step: float) -> TrialState:
     residual = np.zeros(structure.interfaces.n_interfaces)
     np.maximum.at(residual, linkage.contacts.joint, closed.residual_gap)
     guess = None if trial.limit.multiplier is None else trial.limit.mechanism
-    after = trial_state_at(linkage, closed.pose, parameter, residual, guess, trial.macro_blocks)
+    after = trial_state_at(linkage, closed.pose, parameter, residual, guess)
     return replace(after, left_open=float(residual.max(initial=0.0)))
 
 
@@ -68,7 +63,6 @@ def trial_state_at(
     parameter: float,
     residual_gap: Floats,
     guess: Floats | None = None,
-    macro_blocks: Ints | None = None,
 ) -> TrialState:
     """Return the trial state at a pose: its closed contacts, those that have slid with new points, and its limit state.
 
@@ -82,8 +76,6 @@ def trial_state_at(
         What a projection has left open in each joint, shape (n_interfaces,) [m]: contacts with such gaps are closed.
     guess
         A motion near that of the limit state, shape (n_blocks, 6).
-    macro_blocks
-        As in `TrialState`.
 
     Returns
     -------
@@ -93,13 +85,13 @@ def trial_state_at(
     structure = linkage.structure
     if linkage.control is not None:
         parameter = linkage.control.value(linkage.assembly, pose)
-    tolerance = _closed_gap(linkage, pose, residual_gap, macro_blocks)
+    tolerance = residual_gap + CORNER_TOLERANCE * float(linkage.assembly.size.max())
     linkage = _with_active_set(linkage, pose, parameter, tolerance)
     gap = gaps(linkage.assembly, linkage.contacts, pose, parameter)[linkage.sticking]
-    trial = TrialState(linkage, pose, parameter, NOT_SOLVED, float(gap.max(initial=0.0)), macro_blocks)
+    trial = TrialState(linkage, pose, parameter, NOT_SOLVED, float(gap.max(initial=0.0)))
     if structure.live is not None:
-        return with_limit_state(trial, guess, macro_blocks)
-    return replace(trial, limit=settling_state(trial.configuration, guess=guess, rough=True), macro_blocks=None)
+        return replace(trial, limit=limit_state(trial.configuration, associated=linkage.associated, guess=guess))
+    return replace(trial, limit=settling_state(trial.configuration, guess=guess, rough=True))
 
 
 def _with_taut_ties(linkage: Linkage, pose: Pose, parameter: float) -> Linkage:
@@ -149,12 +141,3 @@ def _with_active_set(linkage: Linkage, pose: Pose, parameter: float, tolerance: 
     if len(on_edges):
         contacts = rejoined(assembly, contacts, on_edges, pose, parameter)
     return replace(linkage, contacts=contacts, sticking=closed, sliding=np.zeros_like(closed))
-
-
-def _closed_gap(linkage: Linkage, pose: Pose, residual_gap: Floats, macro_blocks: Ints | None) -> Floats:
-    """The gap up to which contacts of each joint count as closed, shape (n_interfaces,) [m]."""
-    if macro_blocks is None:
-        return residual_gap + CORNER_TOLERANCE * float(linkage.assembly.size.max())
-    travel = float(np.linalg.norm(pose.displacement, axis=1).max())
-    largest = MAX_MACRO_BLOCK_GAP * float(np.median(linkage.assembly.size))
-    return residual_gap + min(RIGID_JOINT_SPEEDS[0] * travel, largest)

@@ -13,10 +13,12 @@ from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANC
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.finite_steps.follower import StepFollower
+from blockstat.large_displacement.finite_steps.implicit_follower import ImplicitFollower
 from blockstat.large_displacement.finite_steps.trial_state import per_unit_parameter
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathPoint, PathState
+from blockstat.solve.dispatch import STRUCTURED
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -25,6 +27,12 @@ if TYPE_CHECKING:
 #: The longest step where the value is not a straight line. Relative to the median size of the blocks. Chosen: the gaps
 #: that a step leaves are of second order in it, hence about 0.03^2, a thousandth of a block.
 LONGEST_STEP = 0.03
+#: Structures with more blocks than this are followed by implicit steps. Chosen: from there on their mechanisms are
+#: seldom of a few bodies.
+IMPLICIT_ABOVE = STRUCTURED // 10
+#: The longest implicit step, relative to the median size of the blocks. Chosen: a facade as wide as it is high then
+#: takes about as many steps as are asked for.
+LONGEST_IMPLICIT_STEP = 0.15
 
 
 def follow_path(
@@ -76,13 +84,19 @@ def _at_rest(follower: LinkageFollower, linkage: Linkage, pose: Pose, guess: Flo
     return PathPoint(0.0, pose, motion, follower.solver.value(pose, 0.0, guess))
 
 
-def _step_follower(follower: LinkageFollower, linkage: Linkage, start: PathPoint, change: float) -> StepFollower:
+def _step_follower(
+    follower: LinkageFollower, linkage: Linkage, start: PathPoint, change: float
+) -> StepFollower | ImplicitFollower:
     """The follower by finite steps whose longest step moves the parameter by a step of the linkage's follower."""
     there = displaced_assembly(linkage.assembly, start.pose)
     speed = max(float(corner_speed(there, start.tangent).max()), float(linkage.control is None))
     longest = speed * follower.step
-    step = min(longest, LONGEST_STEP * float(np.median(linkage.assembly.size)))
-    return StepFollower(follower.solver.structure, follower.end, step, longest, change, follower.tolerance)
+    structure, size = follower.solver.structure, float(np.median(linkage.assembly.size))
+    step = min(longest, LONGEST_STEP * size)
+    if structure.live is not None and not linkage.associated and structure.assembly.n_blocks > IMPLICIT_ABOVE:
+        step = min(longest, LONGEST_IMPLICIT_STEP * size)
+        return ImplicitFollower(structure, follower.end, step, change, follower.tolerance)
+    return StepFollower(structure, follower.end, step, longest, change, follower.tolerance)
 
 
 def check_path_options(*, steps: Any, tolerance: Any, displacement: Any) -> None:
@@ -128,6 +142,4 @@ def warnings_on_steps(states: Sequence[PathState], assembly: Assembly) -> list[s
     text = f"the mechanism is no linkage from {start:.4g} m on and is followed by finite steps"
     if largest > CORNER_TOLERANCE * float(assembly.size.max()):
         text += f". Contacts that are open by up to {1e3 * largest:.2g} mm count as closed"
-    if any(state.macro_blocks for state in states):
-        text += ". Blocks that move together are condensed to macro-blocks, and falls depend on the length of the steps"
     return [f"{text}. A run with more steps shows the error"]

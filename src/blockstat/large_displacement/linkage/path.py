@@ -72,7 +72,6 @@ class PathState:
     #: on a path of finite steps, the largest gap of contacts that count as closed [m]; None on a linkage
     residual_gap: float | None = None
     upper: float | None = None  #: the multiplier with associated flow, where it is not that of the state
-    macro_blocks: bool = False  #: whether blocks that move together were condensed to macro-blocks
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,6 @@ ROUGH = FixedPointLimits(10, 0.01)
 #: For a finite step with an initial guess: the multiplier hardly changes after the first program, and what joints open
 #: by is closed by the step's projection. Chosen.
 FROM_GUESS = FixedPointLimits(5, 0.05)
-#: One program with the uplift of the initial guess.
-ONE_PROGRAM = FixedPointLimits(1, 0.0)
 
 
 def uplift(program: PenaltyProgram, rate: Floats) -> Floats:
@@ -96,17 +94,17 @@ def without_opening(
 
     None is returned where a program has no solution, or where the iteration does not converge.
     """
-    lifted = first
-    for trial in range(limits.programs):
+    lifted, changes = first, list[float]()
+    for _ in range(limits.programs):
         answer = solve_with(lifted)
         if answer.status.is_infeasible or answer.status.is_stalled:
             return None
         rate = rates_of(answer)
         before, lifted = lifted, uplift(program, rate)
-        converged = np.abs(lifted - before).max(initial=0.0) <= limits.tolerance * np.abs(rate).max(initial=0.0)
-        if converged or (accept_last and trial == limits.programs - 1):
+        changes.append(float(np.abs(lifted - before).max(initial=0.0)))
+        if changes[-1] <= limits.tolerance * np.abs(rate).max(initial=0.0):
             return answer, lifted - before
-    return None
+    return (answer, lifted - before) if accept_last and changes[-1] <= changes[0] else None
 
 
 def largest_of_contact(opening: Floats, contact: Ints, number: int) -> Floats:

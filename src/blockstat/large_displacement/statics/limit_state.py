@@ -32,27 +32,26 @@ from blockstat.large_displacement.statics.equilibrium import (
     forces_of,
     least_adhesion,
 )
-from blockstat.large_displacement.statics.macro_blocks import condensed
-from blockstat.program.condensed import Bodies
 from blockstat.program.conic import conic_program
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve import clarabel
 from blockstat.solve.answer import Answer, EarlyEnd, Status
 from blockstat.solve.dispatch import solve
-from blockstat.typing import Floats, Ints
+from blockstat.typing import Floats
 
 
 @dataclass(frozen=True, eq=False)
 class LimitState:
     """The state in which a displaced structure moves on."""
 
-    #: of the live load; without one, the force on the moving supports [N]. None where blocks fall under any multiplier.
-    #: Infinite where blocks lock each other: any multiplier is carried, or no motion follows the moving supports.
+    #: of the live load; without one, the force on the moving supports [N]. None where blocks fall under any multiplier
+    #: that is not negative. Infinite where blocks lock each other: any multiplier is carried, or no motion follows the
+    #: moving supports.
     multiplier: float | None
     #: the mechanism, or how the blocks fall, of any magnitude, shape (n_blocks, 6); zero where they lock each other,
     #: and where neither a multiplier was found nor a proof that none is carried
     mechanism: Floats
-    forces: EquilibriumForces | None  #: None where blocks fall, or where the program was condensed to macro-blocks
+    forces: EquilibriumForces | None  #: None where blocks fall
     #: rates at which contacts open that slide, shape (n_contacts,); None where that is friction times slip
     opening: Floats | None = None
 
@@ -63,7 +62,6 @@ def limit_state(
     associated: bool = True,
     guess: Floats | None = None,
     limits: FixedPointLimits | None = None,
-    macro_blocks: Ints | None = None,
     accuracy: float = 0.0,
 ) -> LimitState:
     """Find the limit multiplier of a displaced structure, its mechanism and its forces.
@@ -80,9 +78,6 @@ def limit_state(
         slip. Associated flow does not use it.
     limits
         Of the fixed point; by default `FROM_GUESS` with a guess and `ROUGH` without.
-    macro_blocks
-        Macro-block of each block, -1 for blocks that do not move, shape (n_blocks,). The multiplier is then one of a
-        mechanism, hence an upper bound, and there are no forces. By default each block is one.
     accuracy
         As in `EarlyEnd`.
 
@@ -90,19 +85,15 @@ def limit_state(
     -------
     LimitState
         Where no multiplier is carried, how the blocks fall. Blocks without any contact fall along their weight. An
-        infinite multiplier has a proof, unless it is of macro-blocks.
+        infinite multiplier has a proof.
     """
     problem, structure = configuration.problem(), configuration.structure
     if problem.program is None or len(problem.floating):
         return free_fall(structure, problem, configuration.pose)
-    part = condensed(problem, macro_blocks)
-    program = problem.program if part is None else part.program
-    # The contact points of the program as points of the displaced joints.
-    columns = problem.eq.points if part is None else problem.eq.points[part.columns[: program.n_points]]
+    program, columns = problem.program, problem.eq.points
     live = structure.live_load(configuration.pose)
     load = problem.scaled(live)
     unit = float(np.abs(load).sum()) / program.total_load  # scales the live load to the size of the weight
-    load = load if part is None else part.loads(load)
     points, first = slice(program.n_points), np.zeros(program.n_points)
     # In the program the live load has a unit power, so the slip of the guess is divided by its power.
     if guess is not None and (power := float((live * guess).sum())) > 0:
@@ -119,19 +110,18 @@ def limit_state(
         return (program.matrix.T @ answer.twist).reshape(-1, 3)[points]
 
     limits = limits or (ROUGH if guess is None else FROM_GUESS)
+    none = np.zeros(program.n_points)
     found = None if associated else without_opening(program, solve_with, rates_of, first, limits, accept_last=True)
-    answer, opening = found or (solve_with(np.zeros(program.n_points)), None)
-    if part is not None and answer.status is Status.PRIMAL_INFEASIBLE:
-        return LimitState(np.inf, np.zeros_like(live), None)
+    if found is None and first.any():
+        found = without_opening(program, solve_with, rates_of, none, ROUGH, accept_last=True)
+    answer, opening = found or (solve_with(none), None)
     if answer.status.is_infeasible or answer.status.is_stalled:
-        fall = steepest_descent(problem, program, answer, load / unit, part)
+        fall = steepest_descent(problem, program, answer, load / unit)
         locked = fall is None and _carries_any_multiple(program, answer, load / unit)
         return LimitState(np.inf if locked else None, np.zeros_like(live) if fall is None else fall, None)
     if opening is not None:
         opening = largest_of_contact(opening, configuration.joints[1][columns], configuration.contacts.number)
     multiplier = answer.multiplier / unit
-    if part is not None:
-        return LimitState(multiplier, problem.to_blocks(part.twists(answer.twist)), None, opening)
     forces = _forces(problem, replace(program, load=program.load + multiplier * load), answer)
     return LimitState(multiplier, forces.mechanism, forces, opening)
 
@@ -155,28 +145,26 @@ def _carries_any_multiple(program: PenaltyProgram, answer: Answer, load: Floats)
     return checked(alone, answer.force / answer.multiplier)[1]
 
 
-def associated_limit(configuration: Configuration, macro_blocks: Ints | None = None) -> LimitState | None:
+def associated_limit(configuration: Configuration, accuracy: float = 0.0) -> LimitState | None:
     """Return the limit state with associated flow.
 
     Parameters
     ----------
     configuration
         The displaced structure, which has a live load.
-    macro_blocks
-        As in `limit_state`: the multiplier is then an upper bound.
+    accuracy
+        As in `EarlyEnd`.
 
     Returns
     -------
     LimitState or None
         None where no multiplier is carried, or any.
     """
-    found = limit_state(configuration, macro_blocks=macro_blocks)
+    found = limit_state(configuration, accuracy=accuracy)
     return None if found.multiplier is None or np.isinf(found.multiplier) else found
 
 
-def steepest_descent(
-    problem: Problem, program: PenaltyProgram, answer: Answer, live: Floats | None, part: Bodies | None = None
-) -> Floats | None:
+def steepest_descent(problem: Problem, program: PenaltyProgram, answer: Answer, live: Floats | None) -> Floats | None:
     """Return how blocks fall that no forces hold.
 
     Parameters
@@ -184,13 +172,11 @@ def steepest_descent(
     problem
         The equilibrium problem.
     program
-        Its program, or that of the macro-blocks.
+        Its program.
     answer
         Of the program that was solved for a multiplier or a motion of the supports, and found infeasible or stalled.
     live
         The live load, in the unit of the program; None where supports move.
-    part
-        The macro-blocks.
 
     Returns
     -------
@@ -211,18 +197,19 @@ def steepest_descent(
     ray = [answer.twist] if answer.status is Status.DUAL_INFEASIBLE else []
     if not any(_proves_fall(program, twist, live) for twist in (found.twist, *ray)):
         return None
-    return problem.to_blocks(found.twist if part is None else part.twists(found.twist))
+    return problem.to_blocks(found.twist)
 
 
 def _proves_fall(program: PenaltyProgram, twist: Floats, live: Floats | None) -> bool:
     """Whether the independent check proves that a motion drives blocks that no forces of a bounded size hold.
 
-    Nor does a live load of a bounded multiple, which does no work but for rounding.
+    Nor does a live load of a multiple that is not negative, where the live load drives the motion too, or does no work
+    but for rounding.
     """
     none = np.zeros((len(program.friction), 3))
     if not certificate.check(program, none, twist).proves_unstable:
         return False
-    return live is None or abs(float(live @ twist)) * UNBOUNDED <= float(program.load @ twist)
+    return live is None or -float(live @ twist) * UNBOUNDED <= float(program.load @ twist)
 
 
 def free_fall(structure: Structure, problem: Problem, pose: Pose) -> LimitState:
