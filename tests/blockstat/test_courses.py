@@ -250,6 +250,6 @@ def test_a_journal_of_courses_with_other_joint_laws_is_refused(tmp_path):
     glued = tee().with_(joints=(JointLaw(("*", "*"), tension=1e6),))
     path = tmp_path / "journal.jsonl"
     assert not any(course.held for course in build_by_courses(glued, journal=path).courses)
-    with pytest.raises(InputError, match="journal of another assembly"):
+    with pytest.raises(InputError, match="outcomes of another assembly"):
         build_by_courses(tee(), journal=path)
     assert build_by_courses(glued, journal=path).states == 0

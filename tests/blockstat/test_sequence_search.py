@@ -306,10 +306,10 @@ def test_the_command_writes_the_safest_order(tmp_path):
 def test_a_journal_of_something_else_is_refused(tmp_path):
     path = tmp_path / "journal.jsonl"
     find_order(tee(), held_at_most=2, journal=path)
-    with pytest.raises(InputError, match="journal of another assembly"):
+    with pytest.raises(InputError, match="outcomes of another assembly"):
         find_order(arch(), held_at_most=2, journal=path)
     path.write_text("nonsense\n")
-    with pytest.raises(InputError, match="not a journal"):
+    with pytest.raises(InputError, match="a line is damaged"):
         find_order(tee(), held_at_most=2, journal=path)
 
 
@@ -332,7 +332,7 @@ def test_a_file_that_is_no_journal_is_refused_and_kept(tmp_path, data):
     find_order(tee(), held_at_most=2, journal=path)
     data = data.replace(b"HEAD", path.read_bytes().split(b"\n")[0])
     path.write_bytes(data)
-    with pytest.raises(InputError, match=f"{path.name}: not a journal of a search"):
+    with pytest.raises(InputError, match=f"{path.name}: a line is damaged"):
         find_order(tee(), held_at_most=2, journal=path)
     assert path.read_bytes() == data
 
@@ -357,7 +357,7 @@ def test_a_journal_of_other_joints_is_refused(tmp_path):
         one = find_order(first[0], held_at_most=1, journal=path, **first[1])
         again = find_order(first[0].with_(name="renamed"), held_at_most=1, journal=path, **first[1])
         assert (again.outcome, again.solved) == (one.outcome, 0)
-        with pytest.raises(InputError, match="journal of another assembly, joints, friction or flow"):
+        with pytest.raises(InputError, match="outcomes of another assembly, joints, friction or flow"):
             find_order(second[0], held_at_most=1, journal=path, **second[1])
 
 

@@ -84,6 +84,11 @@ def test_a_file_of_another_sweep_is_refused(tmp_path):
     path.write_text(path.read_text() + "{\n")
     with pytest.raises(InputError, match="a line is damaged"):
         sweep(SCENE, [], path)
+    for data in (b"a table\nof something else", b"begun"):
+        path.write_bytes(data)
+        with pytest.raises(InputError, match="a line is damaged"):
+            sweep(SCENE, [], path)
+        assert path.read_bytes() == data
     with pytest.raises(InputError, match=r'no parameter "roof"; parameters are: wall\.thickness, vault\.thickness'):
         list(grid(SCENE, ["roof"]))
 

@@ -8,7 +8,7 @@ import pytest
 
 from blockstat import Assembly, InputError, JointLaw, MovingOutcome, find_interfaces, moving_load
 from blockstat.analysis.limit_load import LoadOutcome
-from blockstat.traffic import envelope
+from blockstat.traffic import envelope, place_brackets
 from blockstat.traffic.envelope import MOST_POSITIONS
 from blockstat.traffic.places import road_along, train_loads
 from evidence.scenes.small import assembly, box, prism
@@ -179,20 +179,20 @@ def test_a_deep_overlap_is_refused_and_a_shallow_one_told():
 
 
 def test_a_bracket_that_is_left_open_is_judged_as_a_limit_load_is(monkeypatch):
-    plain = envelope.bracket
+    plain = place_brackets.bracket
 
     def left_open(*given):
         found = plain(*given)
         return (LoadOutcome.UNDECIDED, 0.5 * found[1], np.inf, *found[3:])
 
-    monkeypatch.setattr(envelope, "bracket", left_open)
+    monkeypatch.setattr(place_brackets, "bracket", left_open)
     found = moving_load(overhang(), WHEEL, along(2.5, 3), positions=1, joints=False)
     assert found.outcome is MovingOutcome.LIMIT
     exact = 0.5 * WEIGHT / (1000.0 * 0.75)
     assert found.lower[0] <= exact * (1 + 1e-8)
     assert found.upper[0] >= exact * (1 - 1e-8)
     assert found.upper[0] - found.lower[0] <= 1e-3 * found.upper[0]
-    monkeypatch.setattr(envelope, "bracket", lambda *given: (LoadOutcome.UNDECIDED, *plain(*given)[1:]))
+    monkeypatch.setattr(place_brackets, "bracket", lambda *given: (LoadOutcome.UNDECIDED, *plain(*given)[1:]))
     over = moving_load(overhang(), WHEEL, along(0.5, 1.5), positions=1, joints=False)
     assert over.outcome is MovingOutcome.UNBOUNDED
 

@@ -176,10 +176,10 @@ def judged_with_rims(problem: Problem, mechanism: Floats, judge: Callable[[Inter
         The last answer. Its mechanism holds at all contacts.
     """
     assembly, joints, n = problem.assembly, problem.interfaces, problem.assembly.n_blocks
-    held = _pairs_at(problem, mechanism)
+    held = pairs_driven(problem, mechanism)
     for _ in range(ROUNDS):
         found = judge(unresolved_contacts(assembly, joints, gap=problem.gap, pairs=held).beside(joints))
-        more = _pairs_at(problem, found.mechanism)
+        more = pairs_driven(problem, found.mechanism)
         more = more[~np.isin(more @ [n, 1], held @ [n, 1])]
         if not len(more):
             return found
@@ -187,5 +187,19 @@ def judged_with_rims(problem: Problem, mechanism: Floats, judge: Callable[[Inter
     return judge(unresolved_contacts(assembly, joints, gap=problem.gap).beside(joints))
 
 
-def _pairs_at(problem: Problem, mechanism: Floats) -> Ints:
+def pairs_driven(problem: Problem, mechanism: Floats) -> Ints:
+    """Return the pairs of blocks that a mechanism drives into each other where they touch without a unique normal.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    mechanism
+        As in `overlap_warnings`.
+
+    Returns
+    -------
+    array of int, shape (n, 2)
+        Each once, sorted.
+    """
     return np.unique(_resisting(problem, mechanism).pair, axis=0)

@@ -25,7 +25,7 @@ from blockstat.sequence.insertion import StraightMotion, StraightMotions
 from blockstat.sequence.plan import Plan, Step
 from blockstat.sequence.states import Whole
 from blockstat.solve.phase_one import STEEP
-from blockstat.system.writing import written_whole
+from blockstat.system.rows import kept_rows
 from blockstat.typing import Floats
 
 #: Blocks present and held, as bits of two numbers.
@@ -73,24 +73,13 @@ class Journal:
     def __init__(self, path: str | Path, whole: Whole, flow: str) -> None:
         self._path = Path(path)
         head = {"journal": "blockstat sequence", "of": _fingerprint(whole), "flow": flow}
-        self.known: dict[Node, Any] = {}  #: what `note` was given, by state
-        first = json.dumps(head) + "\n"
+        other = "outcomes of another assembly, joints, friction or flow"
         try:
-            text = self._path.read_text() if self._path.exists() else ""
-            begin, *lines, _ = (first if first.startswith(text) else text).split("\n")  # new, or cut short in its head
-            if json.loads(begin) != head:
-                raise InputError(f"{path}: a journal of another assembly, joints, friction or flow; give a new file")
-            for present, held, outcome in map(json.loads, lines):
-                self.known[int(present, 16), int(held, 16)] = outcome
-            kept = "\n".join([begin, *lines, ""])
-            if kept != text:
-                with written_whole(self._path) as place:
-                    place.write_text(kept)
+            #: what `note` was given, by state
+            self.known: dict[Node, Any] = dict(kept_rows(self._path, head, _noted, other=other))
             self._path.open("a").close()  # whether it can be written to is known before the search
         except OSError as error:
             raise InputError(f"{path}: {error.strerror}") from None
-        except (TypeError, ValueError) as error:
-            raise error if isinstance(error, InputError) else InputError(f"{path}: not a journal of a search") from None
 
     def note(self, state: Node, outcome: Any) -> None:
         """Write down what came of a state.
@@ -104,6 +93,12 @@ class Journal:
         """
         with self._path.open("a") as file:
             file.write(json.dumps([hex(state[0]), hex(state[1]), outcome]) + "\n")
+
+
+def _noted(row: list[Any]) -> tuple[Node, Any]:
+    """A state and what came of it."""
+    present, held, outcome = row
+    return (int(present, 16), int(held, 16)), outcome
 
 
 def _fingerprint(whole: Whole) -> str:

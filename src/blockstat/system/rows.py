@@ -14,8 +14,8 @@ from blockstat.system.writing import written_whole
 T = TypeVar("T")
 
 
-def kept_rows(path: Path, head: dict[str, Any], make: Callable[[dict[str, Any]], T], *, other: str) -> list[T]:
-    """Read the rows of a file; a new one gets its first line, and a line cut short by a kill is dropped.
+def kept_rows(path: Path, head: dict[str, Any], make: Callable[[Any], T], *, other: str) -> list[T]:
+    """Read the rows of a file; a new one gets its first line, and a last line cut short by a kill is dropped.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def kept_rows(path: Path, head: dict[str, Any], make: Callable[[dict[str, Any]],
     head : dict
         What the rows are of, plain values.
     make : callable
-        Makes an object of the values of a row.
+        Makes an object of a row.
     other : str
         What the rows are where the first line is another, for the error.
 
@@ -36,21 +36,24 @@ def kept_rows(path: Path, head: dict[str, Any], make: Callable[[dict[str, Any]],
     Raises
     ------
     InputError
-        For a file of something else, or a damaged line.
+        For a file of something else, or a damaged line. The file is then left as it is.
     """
-    if path.is_file() and not (data := path.read_bytes()).endswith(b"\n"):
-        os.truncate(path, data.rfind(b"\n") + 1)
-    if not path.is_file() or not path.stat().st_size:
+    first = f"{json.dumps(head)}\n".encode()
+    data = path.read_bytes() if path.is_file() else b""
+    whole = data[: data.rfind(b"\n") + 1]
+    if not whole and first.startswith(data):
         with written_whole(path) as place:
-            place.write_text(json.dumps(head) + "\n")
+            place.write_bytes(first)
         return []
-    found, rows = read_rows(path, make)
+    found, rows = _parsed(path, whole, make)
     if found != head:
         raise InputError(f"{path}: these are {other}; move the file away or choose another")
+    if whole != data:
+        os.truncate(path, len(whole))
     return rows
 
 
-def read_rows(path: Path, make: Callable[[dict[str, Any]], T]) -> tuple[Any, list[T]]:
+def read_rows(path: Path, make: Callable[[Any], T]) -> tuple[Any, list[T]]:
     """Read the first line and the rows of a file.
 
     Parameters
@@ -58,7 +61,7 @@ def read_rows(path: Path, make: Callable[[dict[str, Any]], T]) -> tuple[Any, lis
     path : Path
         The file.
     make : callable
-        Makes an object of the values of a row.
+        Makes an object of a row.
 
     Returns
     -------
@@ -72,12 +75,16 @@ def read_rows(path: Path, make: Callable[[dict[str, Any]], T]) -> tuple[Any, lis
     InputError
         For a damaged line.
     """
-    with path.open() as file:
-        try:
-            head, *rows = map(json.loads, file)
-            return head, [make(row) for row in rows]
-        except (ValueError, TypeError, KeyError):
-            raise InputError(f"{path}: a line is damaged; correct it or move the file away") from None
+    return _parsed(path, path.read_bytes(), make)
+
+
+def _parsed(path: Path, data: bytes, make: Callable[[Any], T]) -> tuple[Any, list[T]]:
+    """The first line and the rows of what a file holds."""
+    try:
+        head, *rows = map(json.loads, data.splitlines())
+        return head, [make(row) for row in rows]
+    except (ValueError, TypeError, KeyError):
+        raise InputError(f"{path}: a line is damaged; correct it or move the file away") from None
 
 
 def append_rows(file: TextIO, rows: Iterable[dict[str, Any]]) -> None:

@@ -9,28 +9,22 @@ sums of those that it carries from below. So a place is solved only where these 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, bracket, limit_load
-from blockstat.analysis.problem import Problem, crushes
-from blockstat.analysis.rims import overlap_warnings, rim_warnings
-from blockstat.analysis.thrust import shared_joints, standing, with_overlaps
+from blockstat.analysis.limit_load import limit_load
+from blockstat.analysis.thrust import shared_joints, standing
 from blockstat.analysis.verdict import unit_motion
-from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loading.faces import selected, up_of
 from blockstat.loading.on_faces import facing
-from blockstat.program.conic import conic_program
-from blockstat.program.penalty import PenaltyProgram
 from blockstat.result import Result, Sentence, finite
-from blockstat.solve.penalty import solve_penalty
-from blockstat.solve.phase_one import find_forces
+from blockstat.traffic.place_brackets import FINER, PlaceBrackets
 from blockstat.traffic.places import checked_train, places_of, road_along, train_loads
 from blockstat.typing import Floats, Ints
 
@@ -38,9 +32,6 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 MOST_POSITIONS = 100_000
-#: Where contacts without a unique normal are asked too, the ends of a bracket are those of two problems. Each is found
-#: to this share of the tolerance, so that both together keep it.
-FINER = 0.25
 
 
 class MovingOutcome(Sentence):
@@ -200,229 +191,40 @@ def moving_load(
     wrenches = train_loads(road, train, place, which, spread=spread, footprint=footprint)
     given: dict[str, Any] = {"loads": loads, "gap": gap, "interfaces": shared}
     judge = partial(limit_load, problem.assembly, **given, solver=solver, tolerance=FINER * tolerance)
-    search = _Search(problem, inside, wrenches, place, joint, solver, tolerance, judge)
+    stand = partial(standing, problem.assembly, **options | {"friction": None, "gravity": None}, solver=solver)
+    search = PlaceBrackets(problem, inside, wrenches, place, solver, tolerance, judge, stand)
     if only_worst:
         search.run_worst()
     else:
         search.run()
-    return search.result(side)
+    return _answer(search, side)
 
 
-@dataclass
-class _Search:
-    """Brackets at all places, narrowed by what each solve proves."""
-
-    problem: Problem
-    inside: Floats  #: forces with slack under the dead load
-    wrenches: Floats
-    place: Floats
-    joint: np.ndarray  #: places where an axle passes from a block to the next, shape (n,)
-    solver: str
-    tolerance: float
-    judge: Callable[[Floats], LimitLoad]  #: what `limit_load` makes of a load
-    solves: int = 0
-    fields: dict[int, Floats] = field(default_factory=dict)  #: forces at the lower bounds of places
-    unbounded: set[int] = field(default_factory=set)  #: places where any multiple is carried
-    undecided: set[int] = field(default_factory=set)  #: places whose own bracket is not proven
-    told: list[str] = field(default_factory=list)  #: why
-    twists: list[Floats] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        n = len(self.wrenches)
-        self.loads = np.stack([self.problem.scaled(load) for load in self.wrenches])
-        self.lower, self.upper = np.zeros(n), np.full(n, np.inf)
-        self.by = np.full(n, -1)  #: the mechanism of the upper bound
-        none = ~self.loads.any(axis=1)
-        self.lower[none] = np.inf
-        self.program: PenaltyProgram = self.problem.program  # type: ignore[assignment]
-
-    def run(self) -> None:
-        """Solve where the bounds do not meet, coarse steps first."""
-        # Between two joints the load is linear in its place, and what is known at both bounds what lies between.
-        rows = (np.flatnonzero(self.joint), np.flatnonzero(~self.joint))
-        for k in (int(own[i]) for own in rows for i in _coarse_first(len(own))):
-            if self._open(k):
-                self._from_neighbours(k)
-            if self._open(k) and not self._carried(k):
-                self._solve(k)
-
-    def run_worst(self) -> None:
-        """Solve the place with the least upper bound, until all others are proven to carry as much."""
-        left = np.ones(len(self.place), dtype=bool)
-        while True:
-            least = float(self.upper.min())
-            goal = (1.0 - self.tolerance) * least if np.isfinite(least) else np.inf
-            short = np.flatnonzero((self.lower < goal) & left)
-            if not len(short):
-                return
-            # Without a mechanism yet, the place in the middle; a train there is on the path for certain.
-            k = int(short[np.argmin(self.upper[short])] if np.isfinite(goal) else short[len(short) // 2])
-            if not np.isfinite(goal) or not self._bears(k, goal):
-                self._solve(k)
-                left[k] = False
-
-    def _bears(self, k: int, goal: float) -> bool:
-        """Whether forces are found that carry a multiplier at a place; finding none proves nothing."""
-        guess, nothing = self._borrowed(k, goal), np.zeros_like(self.program.load)
-        at = replace(self.program, load=self.program.load + goal * self.loads[k])
-        conic = conic_program(at, -at.load)
-        found = find_forces(conic, conic.multipliers(guess), stands=True).found if conic.has_structure else None
-        if found is None:
-            force = solve_penalty(at, solver=self.solver, motions=self.problem.motions, score=False, guess=guess).force
-        else:
-            force = certificate.balance(at, conic.forces(found))
-        if not certificate.check(at, force, nothing).proves_stable:
-            return False
-        self.lower[k], self.fields[k] = goal, force
-        return True
-
-    def _borrowed(self, k: int, goal: float) -> Floats:
-        """The forces of the nearest place with some, mixed with those under the dead load to carry a multiplier."""
-        if not self.fields:
-            return self.inside
-        near = min(self.fields, key=lambda other: abs(self.place[other] - self.place[k]))
-        share = min(goal / self.lower[near], 1.0) if self.lower[near] > 0 else 0.0
-        return share * self.fields[near] + (1.0 - share) * self.inside
-
-    def _open(self, k: int) -> bool:
-        return not (np.isinf(self.lower[k]) or _close(self.lower[k], self.upper[k], self.tolerance))
-
-    def _solve(self, k: int) -> None:
-        self.solves += 1
-        found = bracket(self.problem, self.inside, self.wrenches[k], self.solver, self.tolerance)
-        outcome, lower, upper, force, twist, _ = found
-        if outcome is LoadOutcome.UNBOUNDED:
-            self._carries_all(k)
-            return
-        self.lower[k] = max(self.lower[k], lower)
-        self.fields[k] = force
-        motion = unit_motion(self.problem.assembly, self.problem.to_blocks(twist))
-        if outcome is not LoadOutcome.LIMIT:
-            self._judge(k)
-        elif (told := self._hidden(motion)) is not None:
-            self.undecided.add(k)
-            self.told += told
-        elif rim_warnings(self.problem, motion):
-            self._judge(k)
-        else:
-            self._note(twist, upper, k)
-
-    def _hidden(self, motion: Floats) -> list[str] | None:
-        """What a mechanism drives blocks into that no program can hold; None for nothing."""
-        self.problem = with_overlaps(self.problem)
-        told = overlap_warnings(self.problem, motion)
-        return told if told or crushes(self.problem, motion) else None
-
-    def _judge(self, k: int) -> None:
-        """Bound a place as `limit_load` does, which asks contacts without a unique normal too."""
-        found = self.judge(self.wrenches[k])
-        if found.outcome is LoadOutcome.UNBOUNDED:
-            self._carries_all(k)
-            return
-        self.lower[k] = max(self.lower[k], found.lower)
-        units = np.repeat([1.0, self.program.length_unit], 3)
-        twist = (found.mechanism[self.problem.eq.blocks] * units).reshape(-1)
-        if np.isfinite(found.upper) and self.loads[k] @ twist > 0:
-            self._note(twist, found.upper, k)
-        if found.outcome is not LoadOutcome.LIMIT and self._open(k):
-            self.undecided.add(k)
-            self.told += found.warnings
-
-    def _carries_all(self, k: int) -> None:
-        self.lower[k] = np.inf
-        self.unbounded.add(k)
-
-    def _note(self, twist: Floats, upper: float, k: int) -> None:
-        """Bound all places from above by a mechanism that bounds one of them."""
-        work = self.loads @ (twist / float(self.loads[k] @ twist))
-        with np.errstate(divide="ignore"):
-            bound = np.where(work > 0, upper / np.where(work > 0, work, 1.0), np.inf)
-        better = bound < self.upper
-        self.upper[better], self.by[better] = bound[better], len(self.twists)
-        self.twists.append(twist)
-
-    def _from_neighbours(self, k: int) -> None:
-        """Bound a place from below by the force fields of solved places next to it, whose loads add up to its own."""
-        if (pair := self._neighbours(k)) is None:
-            return
-        a, b, share = pair
-        mixed = (1 - share) * self.loads[a] + share * self.loads[b]
-        if np.abs(mixed - self.loads[k]).max() <= 1e-9 * np.abs(self.loads[k]).max():
-            with np.errstate(divide="ignore"):
-                self.lower[k] = max(self.lower[k], 1.0 / ((1 - share) / self.lower[a] + share / self.lower[b]))
-            if np.isinf(self.lower[k]):
-                self.unbounded.add(k)
-
-    def _neighbours(self, k: int) -> tuple[int, int, float] | None:
-        """The solved places before and after, and how far from the first to the second a place is."""
-        solved = np.array(sorted(self.unbounded | self.fields.keys()), dtype=np.int64)
-        before, after = solved[solved < k], solved[solved > k]
-        if not len(before) or not len(after):
-            return None
-        a, b = int(before[-1]), int(after[0])
-        length = self.place[b] - self.place[a]
-        return a, b, float((self.place[k] - self.place[a]) / length) if length > 0 else 0.5
-
-    def _carried(self, k: int) -> bool:
-        """Whether forces like those of its neighbours carry almost the upper bound of a place."""
-        pair = self._neighbours(k)
-        if pair is None or not np.isfinite(self.upper[k]) or not set(pair[:2]) <= self.fields.keys():
-            return False
-        a, b, share = pair
-        value = (1 - 0.9 * self.tolerance) * self.upper[k]
-        at = replace(self.program, load=self.program.load + value * self.loads[k])
-        mixed = (1 - share) * self.fields[a] + share * self.fields[b]
-        guess = (1 - 0.5 * self.tolerance) * mixed + 0.5 * self.tolerance * self.inside
-        nothing = np.zeros_like(self.program.load)
-        force = certificate.settle(at, guess)
-        if not certificate.check(at, force, nothing).proves_stable:
-            return False
-        self.lower[k], self.fields[k] = value, force
-        return True
-
-    def result(self, side: Ints) -> MovingLoad:
-        """Return what was found."""
-        least = float(self.upper.min())
-        bounded = np.isfinite(least)
-        worst = int(np.argmin(self.upper if bounded else self.lower))
-        twist = self.twists[self.by[worst]] if bounded else np.zeros_like(self.program.load)
-        return MovingLoad(
-            outcome=self._outcome(least),
-            place=self.place,
-            side=side,
-            lower=np.minimum(self.lower, self.upper),
-            upper=self.upper,
-            worst=worst,
-            load=self.wrenches[worst],
-            mechanism=unit_motion(self.problem.assembly, self.problem.to_blocks(twist)),
-            solves=self.solves,
-            assembly=self.problem.assembly,
-            warnings=tuple(dict.fromkeys([*self.problem.warnings, *self.told])),
-        )
-
-    def _outcome(self, least: float) -> MovingOutcome:
-        """What is proven of the worst place, of which the least upper bound is known."""
-        if np.isinf(self.lower).all():
-            return MovingOutcome.UNBOUNDED
-        rows = [k for k in self.undecided if self._open(k)]
-        may_be_worst = np.isinf(least) or (self.lower[rows] < (1.0 - self.tolerance) * least).any()
-        return MovingOutcome.UNDECIDED if may_be_worst else MovingOutcome.LIMIT
+def _answer(found: PlaceBrackets, side: Ints) -> MovingLoad:
+    """What was found."""
+    least = float(found.upper.min())
+    bounded = np.isfinite(least)
+    worst = int(np.argmin(found.upper if bounded else found.lower))
+    twist = found.twists[found.by[worst]] if bounded else np.zeros_like(found.program.load)
+    return MovingLoad(
+        outcome=_outcome(found, least),
+        place=found.place,
+        side=side,
+        lower=np.minimum(found.lower, found.upper),
+        upper=found.upper,
+        worst=worst,
+        load=found.wrenches[worst],
+        mechanism=unit_motion(found.problem.assembly, found.problem.to_blocks(twist)),
+        solves=found.solves,
+        assembly=found.problem.assembly,
+        warnings=tuple(dict.fromkeys([*found.problem.warnings, *found.told])),
+    )
 
 
-def _close(lower: float, upper: float, tolerance: float) -> bool:
-    """Whether a bracket is narrow enough, relative to its upper end."""
-    return bool(np.isfinite(upper) and upper - lower <= tolerance * upper)
-
-
-def _coarse_first(n: int) -> list[int]:
-    """Numbers from 0 to n - 1: the ends, then the middles of what is left, level by level."""
-    order, level = [*range(n)][:: max(n - 1, 1)], [(0, n - 1)]
-    while level:
-        below = []
-        for a, b in level:
-            if b - a > 1:
-                middle = (a + b) // 2
-                order.append(middle)
-                below += [(a, middle), (middle, b)]
-        level = below
-    return order
+def _outcome(found: PlaceBrackets, least: float) -> MovingOutcome:
+    """What is proven of the worst place, of which the least upper bound is known."""
+    if np.isinf(found.lower).all():
+        return MovingOutcome.UNBOUNDED
+    rows = [k for k in found.undecided if found.is_open(k)]
+    may_be_worst = np.isinf(least) or (found.lower[rows] < (1.0 - found.tolerance) * least).any()
+    return MovingOutcome.UNDECIDED if may_be_worst else MovingOutcome.LIMIT

@@ -182,8 +182,8 @@ class Kept:
 
 
 def _run_of(row: dict[str, Any]) -> ScaledRun:
-    """Return the run of a line; those of version 0.2.0 have no warnings."""
-    return ScaledRun(**{**row, "warnings": tuple(row.get("warnings", ()))})
+    """Return the run of a line."""
+    return ScaledRun(**{**row, "warnings": tuple(row["warnings"])})
 
 
 @contextmanager
