@@ -197,12 +197,13 @@ def panel(places: int) -> list[list[object]]:
     return lines
 
 
-def work_over_rise(curve: CapacityCurve) -> float:
-    """Work of the load along a curve of the control "mean", relative to the rise of the weights."""
+def work_and_rise(curve: CapacityCurve) -> tuple[np.ndarray, np.ndarray]:
+    """Work of the load along a curve of the control "mean", and rise of the weights, relative to the weight [m]."""
     asm = curve.assembly
     share = asm.mass * ~asm.support / asm.mass[~asm.support].sum()
-    work = float((0.5 * (curve.lower[1:] + curve.lower[:-1]) * np.diff(curve.displacement)).sum())
-    return work / float(share @ curve.points[-1].pose.displacement[:, 2])
+    gained = 0.5 * (curve.lower[1:] + curve.lower[:-1]) * np.diff(curve.displacement)
+    rise = np.array([share @ point.pose.displacement[:, 2] for point in curve.points])
+    return np.concatenate([[0.0], np.cumsum(gained)]), rise
 
 
 def large(number: int) -> list[list[object]]:
@@ -222,17 +223,11 @@ def large(number: int) -> list[list[object]]:
             ways = [released.before, released.after]
         last = f"{curve.lower[-1] / curve.lower[0]:.3f}"
         each = f"{seconds / len(curve.points) / limit:.1f}"
-        cells = [
-            name,
-            asm.n_blocks,
-            len(curve.points),
-            curve.outcome.word,
-            last,
-            f"{limit:.2f}",
-            f"{seconds:.1f}",
-            each,
-        ]
-        lines.append([*cells, f"{work_over_rise(curve):.2f}", *ways])
+        work, rise = (float(sums[-1]) for sums in work_and_rise(curve))
+        lines.append(
+            [name, asm.n_blocks, len(curve.points), curve.outcome.word, last, f"{limit:.2f}", f"{seconds:.1f}", each,
+             f"{work / rise:.2f}", *ways]
+        )  # fmt: skip
         print(lines[-1], flush=True)
     return lines
 

@@ -7,7 +7,7 @@ from blockstat import Assembly, Tie, box, capacity
 from blockstat.large_displacement.finite_steps import whole_path
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.path import PathEnd
-from evidence.dynamics.capacity import bonded_facade
+from evidence.dynamics.capacity import bonded_facade, work_and_rise
 from evidence.references.walls import wall
 from evidence.scenes.small import running_bond, u_wall
 
@@ -25,18 +25,6 @@ def small(monkeypatch):
 @pytest.fixture(scope="module")
 def facade():
     return capacity(u_wall(10), OUTWARDS, control="mean", steps=20)
-
-
-def energies(curve):
-    """Work of the live load along a curve, by the trapezoidal rule, and the rise of the potential energy of weights.
-
-    Both are relative to the weight [m].
-    """
-    asm = curve.assembly
-    share = asm.mass * ~asm.support / asm.mass[~asm.support].sum()
-    rise = np.array([share @ point.pose.displacement[:, 2] for point in curve.points])
-    gained = 0.5 * (curve.lower[1:] + curve.lower[:-1]) * np.diff(curve.displacement)
-    return np.concatenate([[0.0], np.cumsum(gained)]), rise
 
 
 @pytest.mark.usefixtures("small")
@@ -77,14 +65,14 @@ def test_a_tie_carries_as_it_does_on_the_linkage(monkeypatch):
 def test_the_load_does_the_work_that_lifts_a_facade_and_friction_takes_little_of_it(facade):
     # Its halves turn as two bodies, so that hardly a joint slides.
     assert facade.outcome.word == "zero"
-    work, rise = energies(facade)
+    work, rise = work_and_rise(facade)
     assert (work[1:] > rise[1:]).all()
     assert work[-1] == pytest.approx(rise[-1], rel=0.02)
 
 
 def test_where_bricks_slide_friction_takes_the_rest():
     sheared = capacity(bonded_facade(5, 3, 7).with_(friction=0.6), OUTWARDS, control="mean", displacement=0.3)
-    work, rise = energies(sheared)
+    work, rise = work_and_rise(sheared)
     assert (np.diff(work - rise) > 0).all()  # in every step: friction gives nothing back
 
 

@@ -8,13 +8,14 @@ Its multipliers are contact forces and the load multiplier alpha, in equilibrium
 A f + w + alpha l = 0. Contacts carry force that are closed there, or that close within the step. So nothing has to
 decide which small gaps count as closed.
 
-A contact that slides at its cone opens by mu times the slip of one step. In the next step it is open by that much, and
-closes again while it slides on. So joints slide without opening, to the length of a step, with no iteration.
+A contact that slides at its cone opens by mu times its slip in the step, and closes again when the blocks settle. So
+joints slide without opening from step to step. The work that lifts a block in a step, its force times mu times its
+slip, is what friction takes. But the multiplier and the motion of a step are those of associated flow.
 
 References
 ----------
 Anitescu, M. (2006). Optimization-based simulation of nonsmooth rigid multibody dynamics. Mathematical Programming 105,
-113-143, which does so in time.
+113-143: the same program with inertia, in time.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ from blockstat.typing import Floats, Ints
 #: digits are not enough.
 ACCURACY = 1e-8
 #: The same of the motion in which blocks settle. Chosen: no multiplier is read off it.
-SETTLING_ACCURACY = 1e-7
+SETTLING_ACCURACY = 1e-5
 #: A contact whose gap after the step, less friction times slip, is smaller than this holds. Relative to the motion of
 #: the fastest corner. Chosen: far above what solvers leave.
 HOLDS = 1e-4

@@ -20,7 +20,6 @@ from blockstat.large_displacement.displaced.structure import Configuration, Stru
 from blockstat.large_displacement.statics.de_saxce import (
     FROM_GUESS,
     ROUGH,
-    FixedPointLimits,
     largest_of_contact,
     uplift,
     without_opening,
@@ -61,7 +60,6 @@ def limit_state(
     *,
     associated: bool = True,
     guess: Floats | None = None,
-    limits: FixedPointLimits | None = None,
     accuracy: float = 0.0,
 ) -> LimitState:
     """Find the limit multiplier of a displaced structure, its mechanism and its forces.
@@ -76,8 +74,6 @@ def limit_state(
     guess
         A mechanism near the wanted one, of any magnitude, shape (n_blocks, 6). De Saxce's fixed point begins with its
         slip. Associated flow does not use it.
-    limits
-        Of the fixed point; by default `FROM_GUESS` with a guess and `ROUGH` without.
     accuracy
         As in `EarlyEnd`.
 
@@ -109,7 +105,7 @@ def limit_state(
     def rates_of(answer: Answer) -> Floats:
         return (program.matrix.T @ answer.twist).reshape(-1, 3)[points]
 
-    limits = limits or (ROUGH if guess is None else FROM_GUESS)
+    limits = ROUGH if guess is None else FROM_GUESS
     none = np.zeros(program.n_points)
     found = None if associated else without_opening(program, solve_with, rates_of, first, limits, accept_last=True)
     if found is None and first.any():
