@@ -449,13 +449,12 @@ def two_supports():
 
 def test_reactions_of_a_beam_follow_from_moments_about_the_corners_of_its_supports():
     asm = two_supports()
-    for supports, low, high in ((["right"], 8 * 1.5 / 3.0, 8 * 2.0 / 3.0), (["left"], 8 / 3.0, 8 * 1.5 / 3.5)):
+    for supports in (["right"], ["left"]):
         found = thrust_range(asm, supports, (0, 0, -3))
         # Least on the right: right reaction at 3.5 from its mate at .5; most: at 3 from 0.
         ends = [8 * (2 - a) / (b - a) if supports == ["right"] else 8 * (b - 2) / (b - a)
                 for a in (0.0, 0.5) for b in (3.0, 3.5)]  # fmt: skip
         assert (found.least, found.greatest) == pytest.approx((min(ends), max(ends)), rel=1e-6)
-        assert low <= found.greatest or high
     both = thrust_range(asm, ["left", "right", "apart"], (0, 0, -1))
     assert (both.least, both.greatest) == pytest.approx((8, 8), rel=1e-6)
     assert thrust_range(asm, ["apart"], (0, 0, -1)).greatest == pytest.approx(0.0, abs=1e-9)

@@ -60,23 +60,29 @@ def test_the_picture_goes_into_axes_too():
     assert axes.lines
 
 
-def keys(path, node, what):
-    """The last key of an animated node, and the time of the last key."""
+def track(path, node, what):
+    """All keys of an animated node, and their times."""
     data = path.read_bytes()
     length = int.from_bytes(data[12:16], "little")
     content, binary = json.loads(data[20 : 20 + length]), data[28 + length :]
 
-    def last(accessor, count):
+    def read(accessor, count):
         accessor = content["accessors"][accessor]
         view = content["bufferViews"][accessor["bufferView"]]
         start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
-        return np.frombuffer(binary, np.float32, accessor["count"] * count, start).reshape(-1, count)[-1]
+        return np.frombuffer(binary, np.float32, accessor["count"] * count, start).reshape(-1, count)
 
     number = next(k for k, one in enumerate(content["nodes"]) if one["name"] == node)
     (animation,) = content["animations"]
     channel = next(one for one in animation["channels"] if one["target"] == {"node": number, "path": what})
     sampler = animation["samplers"][channel["sampler"]]
-    return last(sampler["output"], 4 if what == "rotation" else 3), float(last(sampler["input"], 1)[0])
+    return read(sampler["output"], 4 if what == "rotation" else 3), read(sampler["input"], 1)[:, 0]
+
+
+def keys(path, node, what):
+    """The last key of an animated node, and the time of the last key."""
+    values, times = track(path, node, what)
+    return values[-1], float(times[-1])
 
 
 def test_a_film_of_a_curve_ends_in_the_pose_of_its_last_point(tmp_path):

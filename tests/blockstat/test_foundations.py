@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, JointLaw, Tie, box, plot_settlement, settle, settlement, write
+from blockstat import Assembly, InputError, JointLaw, Tie, box, plot_settlement, point_load, settle, settlement, write
 from evidence.scenes.small import arch, assembly
 
 
@@ -43,6 +43,39 @@ def test_the_ground_sinks_below_one_pier_alone(where):
     assert found.reaction == pytest.approx(WEIGHTS[1] + 0.4 * WEIGHTS[2], rel=1e-6)
     np.testing.assert_allclose(found.foundations[0].reaction[2], -found.reaction, rtol=1e-6)
     assert found.displacement == pytest.approx(0.01)
+
+
+def lintel():
+    """A lintel of 2 m on two piers of .5 m that cannot move by themselves, and its weight."""
+    piers = [box((x, 0, 0), (x + 0.5, 1, 2), name=name) for x, name in ((0, "left"), (1.5, "right"))]
+    blocks = [*piers, box((0, 0, 2), (2, 1, 2.5), name="lintel")]
+    asm = Assembly.from_blocks(blocks, supports=["left", "right"], density=1000.0)
+    return asm, asm.free_weight
+
+
+@pytest.mark.parametrize(
+    ("load", "gravity", "expected"), [(0, None, 1 / 3), (0.5, None, 1 / 3 + 0.5), (0, 2, 2 / 3), (0.5, 2, 2 / 3 + 0.5)]
+)
+def test_a_pier_that_sinks_carries_what_moments_say(load, gravity, expected):
+    """Moments about the inner edge of the left pier, x = .5: W at 1 and a load at 2 against the outer edge at 2."""
+    asm, weight = lintel()
+    options = {
+        "loads": point_load(asm, "lintel", (2, 0.5, 2.5), (0, 0, -load * weight)),
+        "gravity": None if gravity is None else (0, 0, -gravity * 9.81),
+    }
+    found = settle(asm, {"right": (0, 0, -0.015)}, **options)
+    assert found.reaction == pytest.approx(expected * weight, rel=1e-6)
+    assert found.foundations[0].reaction[2] == pytest.approx(-expected * weight, rel=1e-6)
+    assert settlement(asm, ["right"], (0, 0, -2), **options).reaction == pytest.approx(expected * weight, rel=1e-6)
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.5])
+def test_a_pier_that_moves_out_is_held_by_the_friction_of_half_a_lintel(friction):
+    """The thrust is at most the friction on either pier, and so greatest where both carry half."""
+    asm, weight = lintel()
+    held = pytest.approx(-friction * weight / 2, rel=1e-6)
+    assert settle(asm, {"right": (0.01, 0, 0)}, friction=friction).reaction == held
+    assert settlement(asm, ["right"], (1, 0, 0), friction=friction).reaction == held
 
 
 def test_all_is_in_proportion_to_the_movement():

@@ -194,6 +194,63 @@ def test_the_numbers_of_a_floor_are_positive(name, value):
         Floor(**{"period": 0.3, "own_period": 0.2, "gamma": 1.2} | {name: value})
 
 
+#: NTC 2018, table 3.2.IV: S_S of F0 ag/g, between its ends, and C_C of TC*.
+TABLE = {
+    "A": (lambda x: 1.0, (1.0, 1.0), lambda tc: 1.0),
+    "B": (lambda x: 1.40 - 0.40 * x, (1.00, 1.20), lambda tc: 1.10 * tc**-0.20),
+    "C": (lambda x: 1.70 - 0.60 * x, (1.00, 1.50), lambda tc: 1.05 * tc**-0.33),
+    "D": (lambda x: 2.40 - 1.50 * x, (0.90, 1.80), lambda tc: 1.25 * tc**-0.50),
+    "E": (lambda x: 2.00 - 1.10 * x, (1.00, 1.60), lambda tc: 1.15 * tc**-0.40),
+}
+
+
+@pytest.mark.parametrize("soil", TABLE)
+@pytest.mark.parametrize(("f0", "ag"), [(2.5, 0.2), (2.0, 0.3), (2.5, 0.02), (2.5, 0.6)])
+def test_a_soil_amplifies_as_the_table_says_between_its_ends(soil, f0, ag):
+    factor, (least, greatest), _ = TABLE[soil]
+    assert Site(soil, f0=f0).amplification(ag) == pytest.approx(min(max(factor(f0 * ag), least), greatest), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("soil", "least", "greatest"), [("B", 1.0, 1.2), ("C", 1.0, 1.5), ("D", 0.9, 1.8), ("E", 1.0, 1.6)]
+)
+def test_the_amplification_of_a_soil_has_two_ends(soil, least, greatest):
+    assert (Site(soil).amplification(0.6), Site(soil).amplification(0.02)) == (least, greatest)
+
+
+@pytest.mark.parametrize("soil", TABLE)
+@pytest.mark.parametrize("tc_star", [0.3, 0.45])
+def test_a_soil_moves_the_ends_of_the_plateau(soil, tc_star):
+    """TC = C_C TC*, TB = TC / 3 and TD = 4 ag/g + 1.6 = 2.4 s."""
+    site, corner = Site(soil, tc_star=tc_star), TABLE[soil][2](tc_star) * tc_star
+    plateau = 0.2 * site.amplification(0.2) * 2.5
+    for period in (corner / 3, 0.9 * corner, corner * (1 + 1e-12)):
+        assert site.spectrum(0.2, period) == pytest.approx(plateau, rel=1e-9)
+    assert site.spectrum(0.2, 0.0) == pytest.approx(plateau / 2.5, rel=1e-12)
+    assert site.spectrum(0.2, corner / 6) == pytest.approx(plateau * (0.5 + 0.5 / 2.5), rel=1e-12)
+    assert site.spectrum(0.2, 2 * corner) == pytest.approx(plateau / 2, rel=1e-12)
+    assert site.spectrum(0.2, 4.8) == pytest.approx(plateau * corner * 2.4 / 4.8**2, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("soil", "amplified", "corner", "after_one_second"),
+    [
+        ("B", 1.20, 0.419846, 0.251907),
+        ("C", 1.40, 0.468663, 0.328064),
+        ("D", 1.65, 0.684653, 0.564839),
+        ("E", 1.45, 0.558432, 0.404863),
+    ],
+)
+@pytest.mark.parametrize("topography", [1.0, 1.2])
+def test_the_spectrum_of_a_soil_by_hand(soil, amplified, corner, after_one_second, topography):
+    """F0 = 2.5, TC* = .3 s and ag = .2 g: at 1 s S_e = ag S F0 TC, and S_T multiplies all of it."""
+    site = Site(soil, f0=2.5, tc_star=0.3, topography=topography)
+    assert site.amplification(0.2) == pytest.approx(topography * amplified, rel=1e-12)
+    assert site.spectrum(0.2, 0.4) == pytest.approx(topography * 0.2 * amplified * 2.5, rel=1e-12)
+    assert site.spectrum(0.2, 1.0) == pytest.approx(topography * after_one_second, rel=3e-6)
+    assert site.spectrum(0.2, 1.0) / site.spectrum(0.2, 0.4) == pytest.approx(corner, rel=3e-6)
+
+
 @pytest.mark.parametrize(
     ("periods", "values", "says"),
     [

@@ -34,6 +34,7 @@ def test_no_head_joint_stands_over_another():
     assert not even & odd
 
 
+@settings(deadline=None)
 @given(st.floats(0.5, 4.5), st.floats(0.2, 1.5))
 def test_bricks_are_cut_at_an_opening_without_slivers(centre, width):
     row, nominal, course = 5.0, 0.6, 0.3

@@ -164,9 +164,14 @@ def test_what_the_check_does_not_prove_is_no_bound(pushed):
     own = bracket(pushed, inside=0.5 * INSIDE)  # does not carry the dead load
     own.carry(carrying(pushed, 0.2, 0.2, 0.05, 0.05), 0.5)
     assert own.lower == 0.0
-    far = bracket(pushed)
-    far.carry(-INSIDE, 0.3)
-    assert 0.0 <= far.lower <= 0.3
+
+
+@pytest.mark.parametrize(("multiplier", "lower"), [(0.3, 0.3), (0.5, 0.25 / 0.3125 * 0.5)])
+def test_forces_far_from_equilibrium_are_corrected_before_they_are_mixed(pushed, multiplier, lower):
+    # The least correction is the same at all four points: slack .25 - multiplier / 4 MU, which is .0625 and -.0625.
+    own = bracket(pushed)
+    own.carry(-INSIDE, multiplier)
+    assert own.lower == pytest.approx(lower, rel=1e-9)
 
 
 @pytest.fixture(scope="module")

@@ -140,12 +140,6 @@ def test_thousands_of_copies_at_one_place_are_reported_at_once():
     assert depth == pytest.approx(1.0)
 
 
-def test_thousands_of_blocks_in_a_heap_are_refused():
-    place = np.random.default_rng(6).uniform(0, 0.01, (1500, 3))
-    with pytest.raises(InputError, match="overlap by"):
-        assess(assembly([box(p, p + 1) for p in place]))
-
-
 def test_two_supports_may_be_copies():
     base = ((-1, -1, -1), (2, 2, 0))
     asm = assembly([box(*base), box(*base), box((0, 0, 0), (1, 1, 1))], supports=[0, 1])

@@ -15,6 +15,7 @@ from blockstat import (
     anchor_plate,
     assess,
     limit_load,
+    point_load,
     tendon_load,
     tie_gain,
     tie_range,
@@ -62,6 +63,29 @@ def test_a_tie_between_supports_has_no_range():
     asm = assembly([ceiling, ground, box((0, 0, 0), (1, 1, 1))], supports=["ceiling", "ground"], ties=[tie])
     with pytest.raises(InputError, match='tie "rod": both its blocks are supports; it holds nothing, with any force'):
         tie_range(asm)
+
+
+@pytest.mark.parametrize(
+    ("options", "least", "greatest"),
+    [
+        ({}, 0.5 / 2**0.5, 1.5 * 2**0.5),
+        ({"friction": 0.3}, 0.5 / 2**0.5, 0.3 / 0.7 * 2**0.5),
+        ({"gravity": (0, 0, -2)}, 1.0 / 2**0.5, 3.0 * 2**0.5),
+        ({"loads": 1.0}, 2.5 / 2**0.5, 4.5 * 2**0.5),
+    ],
+    ids=["plain", "friction", "gravity", "loads"],
+)
+def test_a_tie_that_leans_by_half_a_right_angle_pulls_between_what_tips_and_what_slides(options, least, greatest):
+    """About the toe at x = 1 the tie has an arm of 2^.5 and W one of .5; about the heel 1 / 2^.5 and 1.5.
+
+    It slides where T / 2^.5 is the friction of W + T / 2^.5. A load of W at the far end has arms of 2 and 3.
+    """
+    asm = overhang()
+    weight = asm.free_weight
+    if "loads" in options:
+        options = {"loads": point_load(asm, "block", (3, 0.5, 1), (0, 0, -options["loads"] * weight))}
+    found = tie_range(asm, **options)
+    assert (found.least, found.greatest) == pytest.approx((least * weight, greatest * weight), rel=1e-6)
 
 
 def pressed_down(**tie):

@@ -94,6 +94,16 @@ def test_the_interval_is_that_of_clopper_and_pearson(failures, draws, low, high)
     assert wider[1] == interval[1]
 
 
+@pytest.mark.parametrize(("confidence", "most"), [(0.95, 0.30850), (0.5, 0.12945)])
+def test_an_interval_without_failures_ends_where_the_confidence_says(confidence, most):
+    """No failure in 10 draws: 1 - ((1 - c) / 2)^(1 / 10). A flat block with a friction of .6 bears a push of .2."""
+    push = {"push": Random("uniform", 0.1, 0.2)}
+    found = reliability(FLAT, push, load=SIDE, draws=10, confidence=confidence)
+    assert (found.failures, found.undecided) == (0, 0)
+    assert found.interval == pytest.approx((0.0, 1 - ((1 - confidence) / 2) ** 0.1), rel=1e-9)
+    assert found.interval[1] == pytest.approx(most, abs=5e-6)
+
+
 @pytest.mark.slow
 @SCENES
 def test_the_interval_holds_the_known_probability_as_often_as_it_says(name, scene, uncertain, push, falls, exact):

@@ -10,6 +10,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.colors import same_color
+from matplotlib.figure import Figure
 
 from blockstat import (
     Assembly,
@@ -23,12 +26,14 @@ from blockstat import (
     box,
     load_scene,
     plot_directions,
+    plot_thrust,
     write,
 )
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.analysis.verdict import Outcome
 from blockstat.view import assessment
-from blockstat.view.thrust_lines import thrust_lines
+from blockstat.view.plot import joint_resultants
+from blockstat.view.thrust_lines import THRUST, WIDEST, thrust_lines
 from evidence.scenes.small import arch, prism
 from tests.browser import CHAPEL, FLAGS, browser_path
 
@@ -204,16 +209,59 @@ def test_a_simulation_stands_beside_the_statics():
     assert "Simulation (Bullet): stands" in text
 
 
-def test_thrust_passes_through_the_centres_of_pressure_of_an_arch():
-    # In an arch each voussoir has one joint above and one below: the lines join up, and each end lies on a joint.
-    ring = arch(9, 0.3)
-    verdict = assess(ring)
-    lines, force = thrust_lines(verdict)
-    radius = np.hypot(lines[:, :, 0], lines[:, :, 2])
-    assert ((radius > 0.85 - 1e-9) & (radius < 1.15 + 1e-9))[force > 0].all()
-    assert len(lines) >= 9
-    horizontal = force * (lines[:, 1, 0] - lines[:, 0, 0]) / np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
-    assert np.abs(horizontal).max() > 0
+@pytest.fixture(scope="module")
+def ring():
+    """The verdict on an arch of nine voussoirs with the inner radius .85 and the outer one 1.15."""
+    return assess(arch(9, 0.3))
+
+
+def joints_from_left_to_right(verdict):
+    """Centres of pressure of the joints of an arch, and the forces on what is to their right."""
+    joint, point, force, _ = joint_resultants(verdict)
+    first, second = verdict.assembly.centroid[verdict.interfaces.pair[joint], 0].T
+    order = np.argsort(point[:, 0])
+    return point[order], (np.sign(second - first)[:, None] * force)[order]
+
+
+def test_the_forces_of_an_arch_balance_each_voussoir(ring):
+    """The thrust is the same at all joints, the shear changes by the weights, and moments about centroids cancel."""
+    point, force = joints_from_left_to_right(ring)
+    own = ring.assembly.free
+    assert len(point) == len(own) + 1
+    assert force[0, 0] > 0
+    np.testing.assert_allclose(force[:, 0], force[0, 0], rtol=1e-6)
+    np.testing.assert_allclose(-np.diff(force[:, 2]), ring.assembly.mass[own], rtol=1e-6)  # gravity is 1
+    arms = (point[:-1] - ring.assembly.centroid[own], point[1:] - ring.assembly.centroid[own])
+    left, right = (np.cross(arm, push)[:, 1] for arm, push in zip(arms, (force[:-1], force[1:]), strict=True))
+    np.testing.assert_allclose(left, right, atol=1e-7)
+
+
+def test_the_thrust_of_an_arch_runs_from_its_crown_through_the_centres_of_pressure(ring):
+    point, force = joints_from_left_to_right(ring)
+    radius = np.hypot(point[:, 0], point[:, 2])
+    assert ((radius > 0.85 - 1e-9) & (radius < 1.15 + 1e-9)).all()
+    lines, carried = thrust_lines(ring)
+    order = np.argsort(lines[:, :, 0].mean(axis=1))
+    left, right = lines[order][:5], lines[order][5:]
+    np.testing.assert_array_equal(left[:-1, 0], left[1:, 1])
+    np.testing.assert_array_equal(right[1:, 0], right[:-1, 1])
+    # Nothing lies on the voussoir at the crown: what it carries to both sides begins at its centroid.
+    crown = ring.assembly.centroid[ring.assembly.names.index("voussoir4")]
+    np.testing.assert_array_equal([left[-1, 0], right[0, 0]], [crown, crown])
+    np.testing.assert_array_equal([*left[:, 1], *right[:, 1]], point)
+    size = np.linalg.norm(force, axis=1)
+    np.testing.assert_allclose(carried[order], [*size[1:5], size[4], size[5], *size[5:9]], rtol=1e-9)
+
+
+def test_the_picture_of_a_thrust_has_its_lines_as_wide_as_their_forces(ring):
+    axes = Figure().add_subplot()
+    assert plot_thrust(ring, axes, azimuth=-90, elevation=0) is axes  # x to the right, z upwards
+    (drawn,) = (
+        own for own in axes.collections if isinstance(own, LineCollection) and same_color(own.get_colors()[0], THRUST)
+    )
+    lines, force = thrust_lines(ring)
+    np.testing.assert_allclose(drawn.get_segments(), lines[:, :, [0, 2]], atol=1e-12)
+    np.testing.assert_allclose(np.square(drawn.get_linewidths()) / WIDEST**2, force / force.max(), rtol=1e-9)
 
 
 def test_the_command_writes_the_page_and_refuses_other_files(tmp_path):

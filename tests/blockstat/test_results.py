@@ -111,7 +111,7 @@ def test_a_search_says_whether_it_found_a_design():
 @pytest.mark.parametrize("package", ["blockstat", "dynsim"])
 def test_a_package_runs_as_a_module(package):
     answer = subprocess.run([sys.executable, "-m", package, "--version"], capture_output=True, text=True, check=False)
-    assert (answer.returncode, answer.stdout.strip()) == (0, blockstat.__version__)
+    assert (answer.returncode, answer.stderr, answer.stdout.strip()) == (0, "", blockstat.__version__)
 
 
 def test_importing_the_package_imports_no_room():

@@ -27,6 +27,7 @@ from blockstat import (
     build_by_courses,
     centring,
     count_orders,
+    decentring,
     falsework,
     find_interfaces,
     find_order,
@@ -327,6 +328,32 @@ def test_props_hold_a_block_on_a_slope_without_friction():
         tangent = np.tan(np.arctan(0.25) - np.arctan(friction))
         assert found.outcome.word == "held"
         assert found.total == pytest.approx(tangent * 1000.0 * 10 * 1.125, rel=1e-5)
+
+
+def two_on_slope(tangent, **options):
+    """Two blocks beside each other on a slope down to the left, which do not touch."""
+    blocks = [prism([(0, -1), (6, -1), (6, 6 * tangent), (0, 0)], "ground")]
+    for x, name in ((1, "low"), (3, "high")):
+        foot, top = x * tangent, 1.5 + x * tangent
+        blocks.append(prism([(x, foot), (x + 1, foot + tangent), (x + 1, top), (x, top)], name))
+    return Assembly.from_blocks(blocks, supports=["ground"], **options)
+
+
+@pytest.mark.parametrize(("own", "friction"), [(0.2, 0.3), (0.3, 0.2)])
+def test_a_friction_given_counts_before_that_of_the_assembly(own, friction):
+    """On a slope of .25 a block stands at a friction of .3 and slides at .2."""
+    assembly, slides = two_on_slope(0.25, friction=own), friction < 0.25
+    alone = remove_each(assembly, friction=friction)
+    assert {name: verdict.outcome.word for name, verdict in alone.items()} == dict.fromkeys(
+        ("low", "high"), "unstable" if slides else "stable"
+    )
+    built = build_by_courses(assembly, friction=friction)
+    held = [("low",), ("low", "high")] if slides else [(), ()]
+    assert [course.held for course in built.courses] == held
+    assert [course.at_least for course in built.courses] == [len(names) for names in held]
+    assert numbers(count_orders(assembly, friction=friction)) == ((1, 0, 2, 2) if slides else (4, 2, 0, 1))
+    sunk = decentring(assembly, (["low"], []), hoists(assembly, ["low"]), lowering=0.01, friction=friction)
+    assert sunk.displacement[1, 2] == pytest.approx(-0.01 if slides else 0.0, abs=1e-7)
 
 
 def test_states_without_supports_with_ties_or_of_unknown_blocks_are_refused():

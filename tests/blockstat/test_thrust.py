@@ -7,10 +7,10 @@ from math import inf
 import numpy as np
 import pytest
 
-from blockstat import InputError, JointLaw, ThrustOutcome, Tie, load_domain, thrust_range
+from blockstat import InputError, JointLaw, ThrustOutcome, Tie, load_domain, point_load, thrust_range
 from blockstat.analysis import thrust
 from blockstat.solve.answer import Status
-from evidence.scenes.small import arch, assembly, box, prism
+from evidence.scenes.small import arch, assembly, box, flat_arch, prism
 
 
 @pytest.mark.parametrize("law", [{}, {"cohesion": 0.02}, {"tension": 0.02}, {"tension": 0.01, "cohesion": 0.02}])
@@ -27,6 +27,20 @@ def test_two_springings_carry_the_weight_between_them(law):
         dry = thrust_range(asm.with_(joints=[]), ["right"], (0, 0, -1))
         assert right.least <= dry.least * (1 + 1e-9)
         assert right.greatest >= dry.greatest * (1 - 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("friction", "gravity", "load", "least"),
+    [(0.5, 1, 0, 1.0), (0.25, 1, 0, 2.0), (0.5, 2, 0, 2.0), (0.5, 1, 0.5, 1.5), (0.25, 2, 0.5, 5.0)],
+)
+def test_a_stone_between_two_walls_presses_until_friction_bears_its_weight(friction, gravity, load, least):
+    """Each wall bears half, and presses with that over the friction; any more may be locked in."""
+    asm = flat_arch(1, span=1.0)
+    assert asm.free_weight == 1.0
+    loads = point_load(asm, 2, (0.5, 0.5, 1.0), (0, 0, -load))
+    found = thrust_range(asm, ["right"], (1, 0, 0), friction=friction, gravity=(0, 0, -gravity), loads=loads)
+    assert found.outcome is ThrustOutcome.UNBOUNDED
+    assert found.least == pytest.approx(least, rel=1e-6)
 
 
 def test_a_thrust_has_a_sign():

@@ -6,7 +6,7 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, JointLaw, MovingOutcome, find_interfaces, moving_load
+from blockstat import Assembly, InputError, JointLaw, MovingOutcome, find_interfaces, moving_load, point_load
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.traffic import envelope, place_brackets
 from blockstat.traffic.envelope import MOST_POSITIONS
@@ -61,6 +61,28 @@ def test_axles_on_fill_press_on_the_part_of_their_rectangle_that_has_a_face():
     """.5 m of fill spreads to .25 m on each side: of 2.65 to 3.15 m only 2.65 to 3 m is slab."""
     found = moving_load(overhang(), WHEEL, along(2.8, 3.0, height=1.0), positions=1, spread=0.5)
     exact = 0.5 * WEIGHT / (1000.0 * (2.825 - 2.0))
+    assert found.lower[0] <= exact * (1 + 1e-6)
+    assert found.upper[0] >= exact * (1 - 1e-6)
+    assert found.lower[0] == pytest.approx(exact, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "push", "mean"),
+    [
+        ({"footprint": (0.2, 0.2)}, 0.5, 2.775),
+        ({"gravity": (0, 0, -2 * 9.81)}, 1.0, 2.825),
+        ({"loads": 0.25}, 0.75, 2.825),
+        ({"footprint": (0.2, 0.2), "gravity": (0, 0, -2 * 9.81), "loads": 0.25}, 1.25, 2.775),
+    ],
+    ids=["footprint", "gravity", "loads", "all"],
+)
+def test_what_stands_beside_an_axle_on_fill_counts(options, push, mean):
+    """A footprint of .2 m spreads from 2.55 to 3.25 m; the slab ends at 3 m. A load at x = 1 has an arm of 1."""
+    slab = overhang()
+    if "loads" in options:
+        options = options | {"loads": point_load(slab, "slab", (1, 0.5, 0.5), (0, 0, -options["loads"] * WEIGHT))}
+    found = moving_load(slab, WHEEL, along(2.8, 3.0, height=1.0), positions=1, spread=0.5, **options)
+    exact = push * WEIGHT / (1000.0 * (mean - 2.0))
     assert found.lower[0] <= exact * (1 + 1e-6)
     assert found.upper[0] >= exact * (1 - 1e-6)
     assert found.lower[0] == pytest.approx(exact, rel=2e-3)

@@ -1,5 +1,6 @@
 """What is refused, said and written below the commands: files, imports, pages and pictures."""
 
+import json
 import sys
 from dataclasses import replace
 from types import SimpleNamespace
@@ -7,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from test_capacity import track
 
 from blockstat import (
     InputError,
@@ -187,11 +189,23 @@ def test_a_hook_for_lost_errors_that_is_there_already_is_left(monkeypatch):
     assert sys.unraisablehook is process._lost
 
 
-def test_a_path_of_one_state_is_a_film_that_stands_still(monkeypatch, tmp_path):
-    written = {}
-    monkeypatch.setattr(settling, "write_motion", lambda _, path, **own: written.update(own) or path)
+def test_a_path_of_one_state_is_a_film_that_stands_still(tmp_path):
+    """The block of 1 x 2 m has turned about its toe, x = 1, until its centroid is above it: by atan .5."""
     curve = capacity(stack(1, 1.0, 2.0), (1, 0, 0), steps=5)
-    settling.write_path(replace(curve, points=curve.points[:1]), tmp_path / "still.glb")
-    assert len(written["times"]) == 2
-    assert written["times"][1] > written["times"][0]
-    assert (written["displacement"][0] == written["displacement"][1]).all()
+    path = settling.write_path(replace(curve, points=curve.points[-1:]), tmp_path / "still.glb")
+    half = 0.5 * np.arctan(0.5)
+    turned = [0, np.sin(half), 0, np.cos(half)]
+    for what, value in (("translation", [1.0, 0.5, 1.25**0.5]), ("rotation", turned)):
+        values, times = track(path, "stone0", what)
+        assert values[0] == pytest.approx(value, abs=1e-4)
+        np.testing.assert_array_equal(values[0], values[1])
+        assert times[0] == 0 < times[1]
+
+
+def test_a_path_that_is_a_state_at_rest_shows_the_blocks_in_their_places(tmp_path):
+    curve = capacity(stack(1, 1.0, 2.0), (1, 0, 0), steps=5)
+    data = settling.write_path(replace(curve, points=curve.points[:1]), tmp_path / "rest.glb").read_bytes()
+    content = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+    (stone,) = (node for node in content["nodes"] if node["name"] == "stone0")
+    assert stone["translation"] == pytest.approx([0.5, 0.5, 1.0], abs=1e-9)
+    assert "rotation" not in stone

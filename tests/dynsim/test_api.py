@@ -1,9 +1,6 @@
 """What a user is handed: every result has one face, options say what they may be, the package runs as a program."""
 
 import dataclasses
-import doctest
-import importlib
-import pkgutil
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -153,17 +150,6 @@ def test_a_misspelt_option_is_refused_with_the_options_there_are(function, optio
     assert str(refused.value) == words
 
 
-def test_the_package_runs_as_a_program():
-    answer = subprocess.run([sys.executable, "-m", "dynsim", "--version"], capture_output=True, text=True)
-    assert (answer.returncode, answer.stderr) == (0, "")
-    assert answer.stdout.strip()
+def test_the_program_refuses_a_file_that_does_not_exist():
     wrong = subprocess.run([sys.executable, "-m", "dynsim", "verify", "none.json"], capture_output=True, text=True)
     assert (wrong.returncode, wrong.stdout) == (2, "")
-
-
-def test_the_examples_of_docstrings_run(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)  # examples may write files
-    names = [module.name for module in pkgutil.walk_packages(dynsim.__path__, "dynsim.")]
-    tried = [doctest.testmod(importlib.import_module(name)) for name in names if not name.endswith("__main__")]
-    assert sum(found.attempted for found in tried) > 10
-    assert not any(found.failed for found in tried)

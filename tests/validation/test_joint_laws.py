@@ -1,4 +1,4 @@
-"""Joint laws against closed forms: Coulomb with cohesion and cut-offs, stress block, bonds, torsion (REFERENCES 1).
+"""Joint laws against closed forms: Coulomb with cohesion and cut-offs, stress block, bonds, torsion.
 
 Stress block: a joint b wide under N at eccentricity e carries it on the width b - 2e, so e <= (b/2)(1 - N / (sigma A)).
 Torsion of a square joint of side a under uniform pressure: mu N a (sqrt 2 + ln(1 + sqrt 2)) / 6 = .382598 mu N a.

@@ -1,7 +1,7 @@
 """What limit loads, thrusts and friction limits must be besides their values (those are in `evidence.references`).
 
 Ferris & Tin-Loi, Int. J. Mech. Sci. 43 (2001): numbers of blocks and joints of the planar wall set.
-Thrusts of a semicircle of 20 voussoirs: derived by two independent methods, to the digits given.
+Thrusts of a semicircle of 20 voussoirs, and thicknesses at which 27 slide: `evidence.references.arches`.
 """
 
 import math
@@ -11,6 +11,7 @@ import pytest
 
 from blockstat import LoadOutcome, find_interfaces, friction_limit, limit_load, load_domain, settlement
 from blockstat.analysis.problem import pose
+from evidence.references.arches import SLIDING, THRUST
 from evidence.references.walls import turned_wall
 from evidence.scenes.small import FERRIS, arch, assembly, box, ferris_wall, running_bond, stack
 
@@ -28,10 +29,9 @@ def test_a_wall_turned_in_plan_is_solved_in_space():
     assert pose(turned_wall("W1")[0], **given).program.plane is None
 
 
-@pytest.mark.parametrize(
-    ("t", "least", "greatest"), [(0.15, 0.175635, 0.227718), (0.2, 0.154245, 0.255311), (0.3, 0.118217, 0.299956)]
-)
-def test_moving_supports_of_a_semicircle(t, least, greatest):
+@pytest.mark.parametrize("t", THRUST)
+def test_moving_supports_of_a_semicircle(t):
+    least, greatest = map(float, THRUST[t])
     asm = arch(20, t)
     weight = asm.mass[asm.free].sum()
     # A spreading support meets the least thrust, a closing one the greatest.
@@ -40,9 +40,8 @@ def test_moving_supports_of_a_semicircle(t, least, greatest):
 
 
 def test_least_friction():
-    # REFERENCES: 27 voussoirs need t/R = .140891 at mu = .36 and .121124 at mu = .38.
-    assert friction_limit(arch(27, 0.140891)).stands == pytest.approx(0.36, abs=2e-6)
-    assert friction_limit(arch(27, 0.121124)).stands == pytest.approx(0.38, abs=2e-6)
+    for mu in (0.36, 0.38):
+        assert friction_limit(arch(27, float(SLIDING[mu]))).stands == pytest.approx(mu, abs=2e-6)
     assert friction_limit(stack(1), gravity=(0.3, 0, -1)).stands == pytest.approx(0.3, abs=2e-6)
     assert math.isnan(friction_limit(stack(1)).falls)
     assert math.isnan(friction_limit(arch(10, 0.05)).stands)
