@@ -5,7 +5,19 @@ import sys
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Tie, box, capacity, plot_capacity, settle_to_collapse, write, write_path
+from blockstat import (
+    Assembly,
+    InputError,
+    Tie,
+    acceleration,
+    box,
+    capacity,
+    plot_capacity,
+    point_load,
+    settle_to_collapse,
+    write,
+    write_path,
+)
 
 
 def wall():
@@ -128,3 +140,33 @@ def test_a_curve_does_not_know_where_the_origin_is(load, control):
         ends.append([curve.lower[0], curve.displacement[-1], curve.lower[len(curve.lower) // 2]])
         assert curve.outcome.word == "zero"
     np.testing.assert_allclose(ends[1:], ends[:1] * 2, rtol=1e-6)
+
+
+def on_ground(*blocks, **options):
+    ground = box((-9, -9, -1), (9, 9, 0), name="ground")
+    return Assembly.from_blocks([ground, *blocks], supports=["ground"], density=1000.0, **options)
+
+
+def test_a_load_whose_place_on_its_block_is_not_known_is_told():
+    block = on_ground(box((0, 0, 0), (0.5, 1, 2), name="block"))
+    top = (0.25, 0.5, 2)
+    placed = capacity(block, (1, 0, 0), control="block", loads=[("block", top, (0, 0, -9810))])
+    wrench = capacity(block, (1, 0, 0), control="block", loads=point_load(block, "block", top, (0, 0, -9810)))
+    assert not placed.warnings
+    assert [text.split(" are")[0] for text in wrench.warnings] == ["the forces of `loads`"]
+    # The block is as heavy as the load. They are over the toe at tan(turn) = .25 / 1, with the load on top at .25 / 1.5.
+    turn = np.arctan([0.25, 0.5 / 3])
+    moved = 0.25 - 0.25 * np.cos(turn) + np.sin(turn)
+    assert [wrench.displacement[-1], placed.displacement[-1]] == pytest.approx(moved, rel=1e-4)
+
+
+def test_an_acceleration_acts_at_centroids_and_is_not_told():
+    pair = on_ground(box((0, 0, 0), (0.5, 1, 2)), box((3, 0, 0), (3.6, 1, 1)))
+    assert not capacity(pair, acceleration(pair, (1, 0, 0)), control="mean").warnings
+
+
+@pytest.mark.parametrize("control", [1.5, True, (["one", "two"], (0, 0, 0))])
+def test_a_control_that_is_no_block_is_refused(control):
+    pair = on_ground(box((0, 0, 0), (0.5, 1, 2), name="one"), box((3, 0, 0), (3.6, 1, 1), name="two"))
+    with pytest.raises(InputError, match="control"):
+        capacity(pair, (1, 0, 0), control=control)

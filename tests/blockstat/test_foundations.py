@@ -29,7 +29,11 @@ def opening(found, a, b):
 WEIGHTS = 1000.0 * 9.81 * np.array([1.0, 1.0, 1.5])  #: of the piers and the lintel [N]
 
 
-@pytest.mark.parametrize("where", ["right", "pier.right", (2, -1, -1, 4, 2, 1)], ids=["block", "group", "region"])
+@pytest.mark.parametrize(
+    "where",
+    ["right", "pier.right", (2, -1, -1, 4, 2, 1), (4, 2, 1, 2, -1, -1)],
+    ids=["block", "group", "region", "region from its other corner"],
+)
 def test_the_ground_sinks_below_one_pier_alone(where):
     # The lintel turns by s / 2.5 about the left pier's inner edge and the right one's outer edge, and both its ends
     # open by half a metre of that. The right pier sinks with half the lintel: that is what it carries.

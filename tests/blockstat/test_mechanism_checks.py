@@ -26,6 +26,7 @@ from blockstat import (
 )
 from blockstat.code_check.linear import GREATEST, bearable
 from blockstat.large_displacement.capacity_curve import CapacityOutcome
+from blockstat.loads import WeightedLoads
 from evidence.scenes.small import trilith
 
 SIDE = (1, 0, 0)
@@ -270,6 +271,17 @@ def test_a_table_of_a_spectrum_ascends_from_zero(periods, values, says):
         SpectrumTable(periods, values)
 
 
+@pytest.mark.parametrize(("soil", "corner"), [("A", 0.3), ("C", 1.05 * 0.3**-0.33 * 0.3)])
+def test_a_table_of_a_spectrum_is_damped_like_the_spectrum_of_the_site(soil, corner):
+    # NTC 2018, 3.2.2: a straight line from ag S at T = 0 to eta ag S F0 at T_B = T_C / 3, and eta times the rest.
+    site = Site(soil)
+    periods = (0.0, corner / 3, corner)
+    table = SpectrumTable(periods, tuple(site.spectrum(0.2, period) for period in periods))
+    there = np.linspace(0, corner, 31)
+    found = [table.spectrum(site.spectrum(0.2, 0), period, damping=12.0) for period in there]
+    assert found == pytest.approx([site.spectrum(0.2, period, damping=12.0) for period in there], rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("own", "off"),
     [
@@ -373,7 +385,7 @@ def test_permanent_loads_that_hold_back_are_told():
     assert found.acceleration == pytest.approx(0.145 * 9.81 / 1.35, rel=1e-6)
     with pytest.raises(InputError, match='another load acts on "wall" \\(with these permanent loads\\)'):
         linear_check(held, SIDE, loads=0.5 * back)
-    with pytest.raises(InputError, match=r"loads has shape \(6,\); finite values of shape \(2, 6\) are needed"):
+    with pytest.raises(InputError, match=r"loads have shape \(6,\); finite values of shape \(2, 6\) are needed"):
         linear_check(held, SIDE, loads=np.zeros(6))
     floor = point_load(wall(), "wall", (0.3, 1.5, 4), (0.0, 0, -weight))
     assert linear_check(limit_load(wall(), SIDE, loads=floor), SIDE).alpha0 > 0
@@ -475,3 +487,30 @@ def test_points_far_apart_on_a_slope_are_no_drop():
     few = replace(curve(), points=(points[0], points[len(points) // 2], points[-1]))
     found = nonlinear_check(few, SIDE)
     assert found.state("SLV").displacement == pytest.approx(0.4 * found.ultimate, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("masses", "says"),
+    [
+        ([("wall", (0, 1.5, 3))], "each is a block, a point of it and a weight"),
+        ([(["wall", "ground"], (0, 1.5, 3), 10.0)], "are 2 blocks; give one"),
+        ([("wall", (0, 1.5, 3), "heavy")], "the weight on 'wall' is 'heavy'; it must be above 0"),
+    ],
+)
+def test_a_mass_is_one_weight_at_a_point_of_one_block(masses, says):
+    with pytest.raises(InputError, match=says):
+        linear_check(limit_load(wall(), SIDE), SIDE, masses=masses)
+
+
+def test_a_check_takes_the_permanent_loads_of_a_case_as_the_limit_does():
+    # With .9 of the weight and as much of the load the multiplier of the whole weight is .9 of that at rest.
+    light = WeightedLoads(np.zeros((2, 6)), 0.9)
+    limit = limit_load(wall(), SIDE, loads=light)
+    assert linear_check(limit, SIDE, loads=light).alpha0 == pytest.approx(0.9 * 0.125, rel=1e-6)
+
+
+def test_numbers_of_a_check_are_numbers():
+    with pytest.raises(InputError, match="confidence is 'x'; it must be at least 1"):
+        linear_check(limit_load(wall(), SIDE), SIDE, confidence="x")
+    with pytest.raises(InputError, match="site: f0 is 'a'; it must be above 0"):
+        Site(f0="a")

@@ -99,16 +99,41 @@ BAD_TRAIN = "each is a distance behind the first, at least 0, and a force above 
         *((WHEEL, along(0, 3), {"tolerance": t}, f"tolerance is {t!r}; it must be from 1e-9 to 0.1")
           for t in (0.0, 0.11, nan)),
         *((bad, along(0, 3), {}, BAD_TRAIN)
-          for bad in ([], "wheel", [1.0, 2.0, 3.0], [(0, 0)], [(0, -1)], [(-1, 5)], [(0, inf)], [(nan, 1)])),
+          for bad in ([], "wheel", [1.0, 2.0, 3.0], [(0, 1000, 1.2), (3, 2000, 1.2)], [(0, 0)], [(0, -1)], [(-1, 5)],
+                      [(0, inf)], [(nan, 1)])),
         *((WHEEL, bad, {}, "path: a list of points of three finite numbers is needed, 2 at least")
           for bad in (along(0), [(0, 0), (3, 0)], (0, 0, 3), along(0, nan), [(0, 0.5, 0), (0.5, 0.5)], "abc")),
         (WHEEL, along(0, 1, 1, 3), {}, "path: two of its points that follow each other are the same"),
         (WHEEL, along(7, 9), {}, "path: no free face of these blocks lies below it"),
+        *((WHEEL, along(0, 3, height=1.0), {"spread": bad}, f"spread is {bad!r}; it must be at least 0")
+          for bad in (-0.4, nan, "x")),
+        (WHEEL, along(0, 3, height=1.0), {"spread": 0.5, "footprint": (-1, 0)}, "footprint is (-1, 0); it must be"),
+        (WHEEL, along(0, 3), {"footprint": (1, 1)}, "footprint is (1, 1) without a spread"),
     ],
 )  # fmt: skip
 def test_a_bad_train_or_path_is_refused(axles, path, options, says):
     with pytest.raises(InputError, match=re.escape(says)):
         moving_load(overhang(), axles, path, **options)
+
+
+@pytest.mark.parametrize("across", [0.0, 0.5, 1.0], ids=["edge", "middle", "other edge"])
+def test_a_path_on_the_edge_of_the_faces_is_on_them(across):
+    # Turned and moved, the edge is a line of rounding. Each wheel stands on the pier's bed, so all is carried.
+    stones = [box((k, 0, 0), (k + 1, 1, 1), name=f"stone{k}") for k in range(5)]
+    row = Assembly.from_blocks([box((-1, -0.5, -1), (6, 1.5, 0), name="pier"), *stones], supports=["pier"])
+    turn = np.array([[np.cos(0.3), -np.sin(0.3), 0], [np.sin(0.3), np.cos(0.3), 0], [0, 0, 1]])
+    there = row.with_(vertices=row.vertices @ turn.T + [3.3, 7.7, 0])
+    path = np.array([(0, across, 1), (5, across, 1)]) @ turn.T + [3.3, 7.7, 0]
+    found = moving_load(there, WHEEL, path.tolist(), positions=6)
+    assert found.outcome is MovingOutcome.UNBOUNDED
+    np.testing.assert_allclose(np.unique(found.place.round(9)), np.arange(6.0))
+
+
+def test_an_axle_on_fill_with_no_face_below_presses_on_nothing():
+    found = moving_load(overhang(), WHEEL, along(-1, 2.9, height=1.0), positions=3, spread=0.5)
+    exact = 0.5 * WEIGHT / (1000.0 * (2.825 - 2.0))
+    assert found.lower[0] == inf
+    assert found.upper[-1] == pytest.approx(exact, rel=2e-3)
 
 
 @pytest.mark.parametrize(("positions", "tolerance"), [(1, 0.1), (1, 1e-9)])

@@ -130,6 +130,8 @@ def test_a_lintel_that_slides_off_its_bearing_leaves_and_the_curve_goes_on_witho
         monkeypatch.setattr(LinkageFollower, "_pieces", lambda self, state: iter([PathEnd.LOST]))
     curve = capacity(asm, [("pier", (0.5, 0.5, 0.5), (1, 0, 0))], control="pier")
     assert any('"lintel": fallen out' in text for text in curve.warnings)
+    bearings = [k for k, pair in enumerate(curve.limit.interfaces.pair) if asm.names.index("lintel") in pair]
+    assert set(bearings) <= set(curve.points[-1].opened.tolist())
     assert curve.outcome.word == "zero"
     assert curve.displacement[-1] == pytest.approx(0.5, rel=1e-3)  # the centroid is above the toe
     left = np.linspace(0.25, 0.45, 5)

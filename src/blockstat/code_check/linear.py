@@ -21,7 +21,7 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
 from blockstat.code_check.pushed import G, check_pushed, mass_points
-from blockstat.code_check.spectrum import Floor, Site, Spectrum
+from blockstat.code_check.spectrum import Floor, Site, Spectrum, check_number
 from blockstat.errors import InputError, check_vector, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
@@ -209,11 +209,8 @@ def linear_check(
     if limit.outcome is not LoadOutcome.LIMIT:
         raise InputError(f"no mechanism to verify: {limit.outcome.value}")
     check_level(limit.assembly, direction)
-    for name, value in (("confidence", confidence), ("behaviour", behaviour)):
-        if not (np.isfinite(value) and value >= 1):
-            raise InputError(f"{name} is {value!r}; it must be at least 1")
-    if macro_blocks < 1:
-        raise InputError(f"macro_blocks is {macro_blocks!r}; it must be at least 1")
+    for name, value in (("confidence", confidence), ("behaviour", behaviour), ("macro_blocks", macro_blocks)):
+        check_number(name, value, least=1)
     if demand is not None:
         check_demand("demand", demand)
     ground: Spectrum = Site() if site is None else site

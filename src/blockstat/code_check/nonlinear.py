@@ -34,7 +34,7 @@ from blockstat.code_check.linear import (
     work_sums,
 )
 from blockstat.code_check.pushed import G, check_pushed, mass_points
-from blockstat.code_check.spectrum import Floor, Site, Spectrum
+from blockstat.code_check.spectrum import Floor, Site, Spectrum, check_number
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome
 from blockstat.result import Result
@@ -267,8 +267,7 @@ def nonlinear_check(
     ['0.077160', '0.162041', '0.237594']
     """
     check_choice("shape", shape, ("curve", "line"))
-    if not (np.isfinite(confidence) and confidence >= 1):
-        raise InputError(f"confidence is {confidence!r}; it must be at least 1")
+    check_number("confidence", confidence, least=1)
     if curve.outcome not in (CapacityOutcome.ZERO, CapacityOutcome.COLLAPSE):
         raise InputError(f"the capacity curve does not tell where the multiplier is zero. {curve.outcome.value}")
     asked = dict(demand or {})

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad
+from blockstat.analysis.problem import Loads, checked_loads
+from blockstat.code_check.spectrum import check_number
 from blockstat.contact.cells import centres
 from blockstat.errors import InputError
 from blockstat.loads import acceleration, three
@@ -30,7 +32,7 @@ def check_pushed(
     limit: LimitLoad,
     direction: Sequence[float],
     masses: Sequence[tuple[int | str, Sequence[float], float]],
-    loads: Floats | None,
+    loads: Loads | None,
 ) -> None:
     """Check that the load of a limit is the acceleration of all that has mass.
 
@@ -42,7 +44,7 @@ def check_pushed(
         Of the acceleration.
     masses : sequence of (block, point, weight)
         As in `blockstat.linear_check`.
-    loads : array, shape (n_blocks, 6), or None
+    loads : array, shape (n_blocks, 6), WeightedLoads or None
         Permanent loads; None where they are not told.
 
     Raises
@@ -60,10 +62,7 @@ def check_pushed(
         push[block, 3:] += np.cross(place - assembly.centroid[block], force)
     beside = acting_beside_weight(limit) - limit.lower * push
     if loads is not None:
-        told = np.asarray(loads, dtype=float)
-        if told.shape != beside.shape or not np.isfinite(told).all():
-            raise InputError(f"loads has shape {told.shape}; finite values of shape {beside.shape} are needed")
-        beside = beside - told
+        beside = beside - checked_loads(assembly, loads)
     free = assembly.free
     weights = assembly.mass * np.linalg.norm(assembly.gravity)
     close = BALANCE * max(float(weights[free].max()), float(np.abs(limit.lower * push[free, :3]).max()))
@@ -140,8 +139,12 @@ def mass_points(
     InputError
         For a weight that is not above 0, a point that is not three numbers, or an unknown block.
     """
-    for name, point, weight in masses:
-        (block,) = assembly.blocks_named(name, "masses")
-        if not (np.isfinite(weight) and weight > 0):
-            raise InputError(f"masses: the weight on {name!r} is {weight!r}; it must be above 0")
-        yield int(block), three(point, "masses: the point"), weight
+    for mass in masses:
+        if not isinstance(mass, Sequence) or len(mass) != 3:
+            raise InputError(f"masses: {mass!r}; each is a block, a point of it and a weight")
+        name, point, weight = mass
+        blocks = assembly.blocks_named(name, "masses")
+        if len(blocks) != 1:
+            raise InputError(f"masses: {name!r} are {len(blocks)} blocks; give one")
+        check_number(f"masses: the weight on {name!r}", weight)
+        yield int(blocks[0]), three(point, "masses: the point"), float(weight)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,28 @@ SOILS = {
     "D": (0.9, 2.4, 1.5, 1.8, 1.25, -0.5),
     "E": (1.0, 2.0, 1.1, 1.6, 1.15, -0.4),
 }
+
+
+def check_number(what: str, value: Any, *, least: float = 0.0) -> None:
+    """Raise InputError unless a value is a finite number above 0, or of at least another bound.
+
+    Parameters
+    ----------
+    what : str
+        What it is; the message begins with it.
+    value : object
+        What was given.
+    least : float, optional
+        The bound; 0 is not allowed itself.
+
+    Raises
+    ------
+    InputError
+        For anything else.
+    """
+    if isinstance(value, (int, float, np.number)) and np.isfinite(value) and value >= least and value > 0:
+        return
+    raise InputError(f"{what} is {value!r}; it must be {f'at least {least:g}' if least else 'above 0'}")
 
 
 @dataclass(frozen=True)
@@ -37,8 +60,7 @@ class Site:
     def __post_init__(self) -> None:
         check_choice("soil", self.soil, SOILS)
         for name in ("f0", "tc_star", "topography"):
-            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise InputError(f"site: {name} is {getattr(self, name)!r}; it must be above 0")
+            check_number(f"site: {name}", getattr(self, name))
 
     @property
     def words(self) -> str:
@@ -125,6 +147,8 @@ class SpectrumTable:
     def spectrum(self, ag: float, period: float, *, damping: float = 5.0) -> float:
         """Return the spectral acceleration S_e(T) in units of g, with all values scaled to a peak ground acceleration.
 
+        Up to the period T_B of the greatest value, damping takes from it in proportion to T, as in NTC 2018, 3.2.2.
+
         Parameters
         ----------
         ag : float
@@ -139,9 +163,13 @@ class SpectrumTable:
         float
             S_e / g.
         """
-        last = self.periods[-1]
+        last, eta, first = self.periods[-1], damping_factor(damping), int(np.argmax(self.values))
         value = float(np.interp(period, self.periods, self.values)) * (1.0 if period <= last else (last / period) ** 2)
-        return ag / self.values[0] * value * (damping_factor(damping) if period else 1.0)
+        if period < self.periods[first]:
+            value -= (1.0 - eta) * self.values[first] * period / self.periods[first]
+        elif period:
+            value *= eta
+        return ag / self.values[0] * value
 
 
 #: What gives `spectrum(ag, period, damping=)`.
@@ -168,8 +196,7 @@ class Floor:
 
     def __post_init__(self) -> None:
         for name in ("period", "own_period", "gamma", "psi", "damping", "own_damping"):
-            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise InputError(f"floor: {name} is {getattr(self, name)!r}; it must be above 0")
+            check_number(f"floor: {name}", getattr(self, name))
 
     def factor(self) -> float:
         """Return S_eZ(T0) / S_e(T1), one mode of the building.

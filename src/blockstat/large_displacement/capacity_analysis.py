@@ -16,7 +16,7 @@ from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome, CapacityPoint
 from blockstat.large_displacement.displaced.contact_status import contact_status, tie_status
 from blockstat.large_displacement.displaced.control import read_control
-from blockstat.large_displacement.displaced.loads import read_loads
+from blockstat.large_displacement.displaced.loads import moved_with_centroids, read_loads
 from blockstat.large_displacement.displaced.local_origin import control_about, structure_about_middle
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
 from blockstat.large_displacement.displaced.structure import why_not_followed
@@ -144,6 +144,8 @@ def capacity(
     step = _first_step(states, linkage, start, limit, displacement or np.inf, steps)
     follower = LinkageFollower(states, _mechanism_of_limit_load, displacement or np.inf, step, tolerance)
     record = _followed(follower, linkage, start, limit, steps, progress, each)
+    if not record.points:
+        raise InputError(f'"{assembly.name}": the mechanism of the limit load cannot be followed from rest')
     seconds = {"limit": limit.timings["total"], "total": process_time() - began}
     return CapacityCurve(
         outcome=record.outcome,
@@ -151,7 +153,7 @@ def capacity(
         events=tuple(record.events),
         control=moved.name,
         limit=limit,
-        warnings=_warnings(record, limit),
+        warnings=_warnings(record, limit, moved_with_centroids(assembly, {"load": load, "loads": loads})),
         timings=seconds,
     )
 
@@ -261,12 +263,14 @@ def _capacity_point(state: PathState, limit: LimitLoad) -> CapacityPoint:
     elif linkage.slides_with_friction:
         found = associated_limit(linkage.configuration(point.pose, point.parameter))
         upper = upper if found is None or found.multiplier is None else max(upper, found.multiplier)
-    open_points = np.bincount(linkage.contacts.joint, ~linkage.closed, limit.interfaces.n_interfaces)
-    return CapacityPoint(point.parameter, lower, upper, point.pose, point.tangent, np.flatnonzero(open_points))
+    closed_points = np.bincount(linkage.contacts.joint, linkage.closed, limit.interfaces.n_interfaces)
+    points = np.bincount(linkage.contacts.joint, minlength=limit.interfaces.n_interfaces)
+    open_joints = np.flatnonzero((closed_points < points) | (points == 0))  # faces that have left each other have none
+    return CapacityPoint(point.parameter, lower, upper, point.pose, point.tangent, open_joints)
 
 
-def _warnings(record: _Record, limit: LimitLoad) -> tuple[str, ...]:
-    warnings, assembly = list(limit.warnings), limit.assembly
+def _warnings(record: _Record, limit: LimitLoad, told: Sequence[str]) -> tuple[str, ...]:
+    warnings, assembly = [*limit.warnings, *told], limit.assembly
     unproven = sum(not state.forces.proven for state in record.states)
     if unproven:
         warnings.append(

@@ -135,7 +135,7 @@ def tie_range(
     >>> round(found.least), found.outcome.word
     (10405, 'range')
     """
-    if not 0 <= tie < len(assembly.ties):
+    if not isinstance(tie, (int, np.integer)) or not 0 <= tie < len(assembly.ties):
         raise InputError(f"tie is {tie!r}; the assembly has {counted(len(assembly.ties), 'tie')}, numbered from 0")
     if assembly.ties[tie].constant:
         raise InputError(f"{assembly.ties[tie].label}: its force is given; there is no range to find")
@@ -227,8 +227,9 @@ def tie_gain(
         if not (np.isfinite(force) and force > 0):
             raise InputError(f"force is {force!r}; it must be above 0")
         options: dict[str, Any] = {"loads": loads, "interfaces": limit.interfaces, "optimum": True}
-        held = [assembly.with_(ties=(*assembly.ties, replace(tie, greatest=force))) for tie in ties]
-        return np.array([limit_load(one, load, **options).lower - limit.lower for one in held]) / force
+        held = [assembly, *(assembly.with_(ties=(*assembly.ties, replace(tie, greatest=force))) for tie in ties)]
+        carried = np.array([limit_load(one, load, **options).lower for one in held])  # all to the same accuracy
+        return (carried[1:] - carried[0]) / force
     motion = limit.mechanism / float((limit.mechanism * as_load(assembly, load)).sum())
     columns = tie_columns(assembly, ties)
     gain = np.zeros(len(ties))

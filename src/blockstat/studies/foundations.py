@@ -19,6 +19,7 @@ from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_vector, known_options
 from blockstat.joint import fits
+from blockstat.loads import numbers
 from blockstat.program.bonds import Bonds
 from blockstat.program.conic import conic_program
 from blockstat.program.ties import tied_pairs
@@ -384,7 +385,7 @@ def _part(problem: Problem, where: Any) -> tuple[Ints, Ints]:
     assembly, faces = problem.assembly, problem.interfaces
     between = _on_supports(problem)
     if isinstance(where, tuple):
-        lower, upper = np.asarray(where, dtype=float).reshape(2, 3)
+        lower, upper = np.sort(np.asarray(where, dtype=float).reshape(2, 3), axis=0)
         count = np.maximum(np.diff(faces.start), 1)[:, None]
         centre = np.add.reduceat(faces.point, faces.start[:-1]) / count
         found = np.flatnonzero(between & (centre >= lower).all(axis=1) & (centre <= upper).all(axis=1))
@@ -410,7 +411,7 @@ def _part(problem: Problem, where: Any) -> tuple[Ints, Ints]:
 
 def _called(where: Any) -> str:
     if isinstance(where, tuple):
-        if len(where) != 6:
+        if numbers(where).shape != (6,) or not np.isfinite(numbers(where)).all():
             raise InputError(f"a region is {where!r}; it must be six numbers, x0, y0, z0, x1, y1, z1")
         return f"region ({_numbers(where)})"
     return f'"{where}"'

@@ -336,12 +336,18 @@ def _followed(
     return states, events, outcome
 
 
-def _openings(state: PathState, n_interfaces: int) -> Floats:
-    """Largest opening of each joint, shape (n_interfaces,) [m]."""
-    linkage, point = state.linkage, state.point
-    gap = gaps(linkage.assembly, linkage.contacts, point.pose, point.parameter)
-    width = np.zeros(n_interfaces)
-    np.maximum.at(width, linkage.contacts.joint, np.where(linkage.closed, 0.0, np.maximum(gap, 0.0)))
+def _openings(states: Sequence[PathState], n_interfaces: int) -> Floats:
+    """Largest opening of each joint in each state, shape (n_states, n_interfaces) [m].
+
+    A joint whose faces have left each other, or whose blocks have fallen out, keeps the last that it had.
+    """
+    width = np.zeros((len(states), n_interfaces))
+    for k, (state, own) in enumerate(zip(states, width, strict=True)):
+        linkage, point = state.linkage, state.point
+        gap = gaps(linkage.assembly, linkage.contacts, point.pose, point.parameter)
+        np.maximum.at(own, linkage.contacts.joint, np.where(linkage.closed, 0.0, np.maximum(gap, 0.0)))
+        lost = np.bincount(linkage.contacts.joint, minlength=n_interfaces) == 0
+        own[lost] = width[k - 1, lost] if k else 0.0
     return width
 
 
@@ -360,7 +366,7 @@ def _path(
         first=first,
         displacement=np.array([state.point.parameter for state in states]),
         reaction=np.array([state.point.value for state in states]),
-        openings=np.array([_openings(state, first.interfaces.n_interfaces) for state in states]),
+        openings=_openings(states, first.interfaces.n_interfaces),
         poses=tuple(state.point.pose for state in states),
         events=tuple(events),
         warnings=tuple(warnings),

@@ -23,6 +23,7 @@ from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loading.faces import selected, up_of
 from blockstat.loading.on_faces import facing
+from blockstat.loads import numbers
 from blockstat.result import Result, Sentence, finite
 from blockstat.traffic.place_brackets import FINER, PlaceBrackets
 from blockstat.traffic.places import checked_train, places_of, road_along, train_loads
@@ -141,7 +142,8 @@ def moving_load(
         place is proven to carry as much. Elsewhere the upper bounds are those of the mechanisms found, and may be far
         above the multiplier there; the influence line is not computed.
     spread, footprint : optional
-        As in `blockstat.dispersed_load`: the axles stand on fill, whose surface is the path.
+        As in `blockstat.dispersed_load`: the axles stand on fill, whose surface is the path. A footprint needs a
+        spread. An axle with no face below it presses on nothing.
     group : str, optional
         The group that carries the train, by default all free blocks.
     friction, gravity, loads, gap, interfaces, solver
@@ -180,6 +182,11 @@ def moving_load(
         raise InputError(f"positions is {positions!r}; it must be a whole number from 1 to {MOST_POSITIONS}")
     if not 1e-9 <= tolerance <= 0.1:
         raise InputError(f"tolerance is {tolerance!r}; it must be from 1e-9 to 0.1")
+    if spread is None and np.any(footprint):
+        raise InputError(f"footprint is {footprint!r} without a spread; axles without fill stand on points")
+    for name, value in (("spread", 0.0 if spread is None else spread), ("footprint", footprint)):
+        if not (np.isfinite(numbers(value)) & (numbers(value) >= 0)).all():
+            raise InputError(f"{name} is {value!r}; it must be at least 0")
     shared, told = shared_joints(assembly, gap, interfaces)
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap}
     problem, inside = standing(assembly, solver=solver, interfaces=shared, **options)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.errors import InputError
-from blockstat.loading.faces import Face, up_of
+from blockstat.loading.faces import ON, Face, up_of
 from blockstat.loading.ground import below, dispersed
 from blockstat.loads import as_points
 from blockstat.typing import Floats, Ints
@@ -131,19 +131,16 @@ def road_along(
 
 def _crossings(face: Face, one: Floats, two: Floats, up: Floats) -> list[float]:
     """Where the outline of a face is crossed in plan on the way from one point to the other, from 0 to 1."""
-    from shapely import LineString
+    from shapely import LineString, Point
+    from shapely.ops import nearest_points
 
     drop = [point - up * float(face.height(point)) / float(face.normal @ up) for point in (one, two)]
     line = LineString(face.flat(np.stack(drop)))
-    met: Any = line.intersection(face.region)
+    # A path along an edge counts as on the face, as in `below`.
+    met: Any = line.intersection(face.region.buffer(ON * face.region.length, join_style="mitre"))
     ends = [part.coords for part in getattr(met, "geoms", [met]) if part.geom_type == "LineString"]
-    return [line.project(_point(own[k])) / line.length for own in ends if len(own) for k in (0, -1)]
-
-
-def _point(place: Sequence[float]) -> Any:
-    from shapely import Point
-
-    return Point(place)
+    on_face = [nearest_points(face.region, Point(own[k]))[0] for own in ends if len(own) for k in (0, -1)]
+    return [line.project(point) / line.length for point in on_face]
 
 
 def train_loads(
@@ -173,7 +170,7 @@ def train_loads(
     Returns
     -------
     Floats
-        Shape (n, n_blocks, 6) [N, N m]; axles beyond the path press on nothing.
+        Shape (n, n_blocks, 6) [N, N m]; axles beyond the path or with no face below press on nothing.
     """
     loads = np.zeros((len(place), road.assembly.n_blocks, 6))
     for k, (at, way) in enumerate(zip(place, side, strict=True)):
@@ -183,7 +180,7 @@ def train_loads(
                 continue
             if spread is None:
                 loads[k] += force * road.wheel(along, int(way))
-            else:
+            elif below(road.faces, road.point(along), up_of(road.assembly)):
                 loads[k] += dispersed(road.assembly, road.faces, road.point(along), force, spread, footprint)
     return loads
 
@@ -207,10 +204,17 @@ def checked_train(axles: Sequence[Sequence[float]]) -> Floats:
         For an axle that is before the first one, and for a force that is not above 0.
     """
     try:
-        train = np.asarray(axles, dtype=float).reshape(-1, 2)
+        train = np.asarray(axles, dtype=float)
     except (TypeError, ValueError):
-        train = np.empty((0, 2))
-    if not len(train) or not np.isfinite(train).all() or (train[:, 1] <= 0).any() or (train[:, 0] < 0).any():
+        train = np.empty(0)
+    if (
+        train.ndim != 2
+        or train.shape[1:] != (2,)
+        or not len(train)
+        or not np.isfinite(train).all()
+        or (train[:, 1] <= 0).any()
+        or (train[:, 0] < 0).any()
+    ):
         raise InputError(f"axles are {axles!r}; each is a distance behind the first, at least 0, and a force above 0")
     return train
 

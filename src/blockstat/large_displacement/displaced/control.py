@@ -158,6 +158,8 @@ def read_control(limit: LimitLoad, live: PointLoads, given: Any) -> Control:
         return _oriented(limit, _point_of_block(assembly, given, along))
     if given == MEAN and MEAN not in assembly.names:
         return _oriented(limit, _conjugate(assembly, live, "mean of all displacements weighted by the load"))
+    if not isinstance(given, (str, int, np.integer)) or isinstance(given, bool):
+        raise InputError(f"control is {given!r}; it must be a block, a group, a block and a point of it, or {MEAN}")
     return _oriented(limit, _centroid(assembly, given, along))
 
 
@@ -176,7 +178,10 @@ def _corner_that_moves_most(limit: LimitLoad, along: Floats) -> Control:
 def _point_of_block(assembly: Assembly, given: Sequence[Any], along: Floats) -> Control:
     if len(given) != 2:
         raise InputError(f"control is {given!r}; it must be a block, a group, a block and a point of it, or {MEAN}")
-    (block,) = assembly.blocks_named(given[0], "control")
+    found = assembly.blocks_named(given[0], "control")
+    if len(found) != 1:
+        raise InputError(f"control: {given[0]!r} are {len(found)} blocks; give one, and a point of it")
+    block = found[0]
     point = three(given[1], "control: the point")
     if not on_block(assembly, int(block), point):
         raise InputError(f'control: the point {point.tolist()} is not on block "{assembly.names[block]}"')

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,11 +10,14 @@ import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.large_displacement.displaced.pose import Pose, displaced_points
-from blockstat.loads import as_load, point_load
+from blockstat.loads import WeightedLoads, as_load, point_load
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+
+#: Accelerations of blocks that differ by less are one. Relative to the largest. Chosen: far above rounding.
+SAME_ACCELERATION = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +90,38 @@ def read_loads(assembly: Assembly, given: Any, *, live: bool = False) -> PointLo
         wrench = checked_loads(assembly, given)
     block = np.flatnonzero(wrench[:, :3].any(axis=1))
     return PointLoads(block, assembly.centroid[block], wrench[block, :3], wrench[:, 3:].copy())
+
+
+def moved_with_centroids(assembly: Assembly, given: Mapping[str, Any]) -> list[str]:
+    """Return a warning for each load of which it is not known where on its blocks it acts.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    given
+        Loads as `read_loads` takes them, by the name of their option.
+
+    Returns
+    -------
+    list of str
+        For wrenches, unless they are those of an acceleration, which acts at centroids.
+    """
+    told = []
+    for name, load in given.items():
+        if load is None or _are_point_forces(load) or np.ndim(load) == 1:
+            continue
+        wrench = np.asarray(load.beside if isinstance(load, WeightedLoads) else load, dtype=float)
+        loaded = wrench.any(axis=1) & ~assembly.support
+        rate = wrench[loaded, :3] / assembly.mass[loaded, None]
+        # Of one block it is not known whether all of its mass is accelerated.
+        same = len(rate) > 1 and (np.ptp(rate, axis=0) <= SAME_ACCELERATION * np.abs(rate).max()).all()
+        if loaded.any() and not (same and not wrench[loaded, 3:].any()):
+            told.append(
+                f"the forces of `{name}` are taken to act at the centroids of the blocks. What acts on top of a block "
+                "moves further as it turns, and the curve may then end earlier: give it as (block, point, force)"
+            )
+    return told
 
 
 def _are_point_forces(given: Any) -> bool:

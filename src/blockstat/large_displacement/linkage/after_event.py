@@ -91,7 +91,8 @@ class AfterEvent:
             if not state.forces.solved:
                 break
             mechanism = state.forces.mechanism
-        yield _event("jump", before, end, opened, shut)
+        if end is not PathEnd.LOST:  # what is lost is followed by finite steps, which tell what falls
+            yield _event("jump", before, end, opened, shut)
         yield end
 
     def _stands_without_the_fallen(self, before: PathState, landing: JumpEnd) -> bool:

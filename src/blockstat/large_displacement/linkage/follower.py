@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
-from blockstat.large_displacement.displaced.pose import Pose
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
 from blockstat.large_displacement.linkage.after_event import AfterEvent
 from blockstat.large_displacement.linkage.event_location import first_kinematic_event, loss_of_equilibrium
 from blockstat.large_displacement.linkage.linkage import Linkage
@@ -176,7 +176,8 @@ class LinkageFollower:
         Beyond there it has no pose, and the thrust grows without bound before. With the movement d left, the fastest
         corner is faster than the supports by 1 / sqrt(d), so that the movement left is 1 / `DEAD_CENTRE`^2 of the size.
         """
-        speed = float(corner_speed(state.linkage.assembly, state.point.tangent).max())
+        there = displaced_assembly(state.linkage.assembly, state.point.pose)
+        speed = float(corner_speed(there, state.point.tangent).max())
         return state.point.value > 0 and speed > DEAD_CENTRE
 
     def _deviation(self, state: PathState, point: PathPoint) -> float:

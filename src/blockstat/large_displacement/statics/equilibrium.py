@@ -28,7 +28,7 @@ class EquilibriumForces:
     proven: bool  #: whether the independent check finds the forces admissible and in equilibrium
     total: float  #: sum of their magnitudes [N]
     mechanism: Floats  #: the dual motion, which the contacts resist least, shape (n_blocks, 6)
-    floating: tuple[int, ...]  #: blocks without any contact
+    floating: tuple[int, ...]  #: blocks that nothing holds
     problem: Problem
     forces: Floats  #: at the points of `problem.interfaces`, in their frames, shape (n_points, 3) [N]
     solved: bool = True  #: whether a solver has found them; one that has stalled says nothing of equilibrium

@@ -25,13 +25,12 @@ from functools import cached_property
 
 import numpy as np
 
-from blockstat.analysis.problem import Problem
+from blockstat.analysis.problem import Problem, free_fall
 from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.displaced.contact_pairs import pair_points
 from blockstat.large_displacement.displaced.pose import displaced_assembly
 from blockstat.large_displacement.displaced.structure import Configuration
 from blockstat.large_displacement.statics.equilibrium import EquilibriumForces, checked, forces_of, least_adhesion
-from blockstat.large_displacement.statics.limit_state import free_fall
 from blockstat.program.conic import conic_program
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.answer import Answer, EarlyEnd, Status
@@ -146,7 +145,7 @@ def implicit_step(configuration: Configuration, work: float) -> ImplicitStep:
     structure, none = configuration.structure, np.zeros(configuration.contacts.number, dtype=bool)
     own = _step_program(configuration, work)
     if own is None:
-        fall = free_fall(structure, configuration.problem(), configuration.pose).mechanism
+        fall = free_fall(configuration.problem())
         return ImplicitStep(None, fall, 0.0, None, none, none, 0.0)
     program, answer = own.program, own.solve(1.0, ACCURACY)
     rest = np.zeros((structure.assembly.n_blocks, 6))

@@ -12,11 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from blockstat.analysis.limit_load import UNBOUNDED
-from blockstat.analysis.problem import Problem
+from blockstat.analysis.problem import Problem, free_fall
 from blockstat.analysis.verdict import relative_motion
 from blockstat.certificate import check as certificate
-from blockstat.large_displacement.displaced.pose import Pose
-from blockstat.large_displacement.displaced.structure import Configuration, Structure
+from blockstat.large_displacement.displaced.structure import Configuration
 from blockstat.large_displacement.statics.de_saxce import (
     FROM_GUESS,
     ROUGH,
@@ -80,12 +79,12 @@ def limit_state(
     Returns
     -------
     LimitState
-        Where no multiplier is carried, how the blocks fall. Blocks without any contact fall along their weight. An
-        infinite multiplier has a proof.
+        Where no multiplier is carried, how the blocks fall. Blocks that nothing holds fall along their load, those that
+        touch each other as one body. An infinite multiplier has a proof.
     """
     problem, structure = configuration.problem(), configuration.structure
     if problem.program is None or len(problem.floating):
-        return free_fall(structure, problem, configuration.pose)
+        return LimitState(None, free_fall(problem), None)
     program, columns = problem.program, problem.eq.points
     live = structure.live_load(configuration.pose)
     load = problem.scaled(live)
@@ -206,26 +205,3 @@ def _proves_fall(program: PenaltyProgram, twist: Floats, live: Floats | None) ->
     if not certificate.check(program, none, twist).proves_unstable:
         return False
     return live is None or -float(live @ twist) * UNBOUNDED <= float(program.load @ twist)
-
-
-def free_fall(structure: Structure, problem: Problem, pose: Pose) -> LimitState:
-    """Return how blocks without any contact fall: along their load.
-
-    Parameters
-    ----------
-    structure
-        The structure.
-    problem
-        Its equilibrium problem at the pose.
-    pose
-        The pose.
-
-    Returns
-    -------
-    LimitState
-        Without multiplier.
-    """
-    force = structure.dead_load(pose)[:, :3]
-    fall = np.zeros((structure.assembly.n_blocks, 6))
-    fall[problem.floating, :3] = force[problem.floating]
-    return LimitState(None, fall, None)

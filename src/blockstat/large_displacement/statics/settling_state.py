@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from blockstat.analysis.problem import Problem
+from blockstat.analysis.problem import Problem, free_fall
 from blockstat.analysis.thrust import power_on_supports
 from blockstat.analysis.verdict import relative_motion
 from blockstat.certificate import check as certificate
@@ -19,7 +19,7 @@ from blockstat.large_displacement.statics.de_saxce import (
     without_opening,
 )
 from blockstat.large_displacement.statics.equilibrium import forces_of, least_adhesion
-from blockstat.large_displacement.statics.limit_state import LimitState, free_fall, steepest_descent
+from blockstat.large_displacement.statics.limit_state import LimitState, steepest_descent
 from blockstat.program.conic import conic_program
 from blockstat.solve import clarabel
 from blockstat.solve.answer import Answer, Status
@@ -54,7 +54,7 @@ def settling_state(configuration: Configuration, *, guess: Floats | None = None,
     problem = configuration.problem()
     program = problem.program
     if program is None or len(problem.floating):
-        return free_fall(configuration.structure, problem, configuration.pose)
+        return LimitState(None, free_fall(problem), None)
     rate, points = configuration.support_rates(problem), slice(program.n_points)
 
     def solve_with(lifted: Floats) -> Answer:
