@@ -63,14 +63,26 @@ def bodies(asm):
 def dead_load(asm, loads=None):
     """Weight, with the factor that loads may have, and further wrenches, shape (n_blocks, 6), and the centroids."""
     mass, centroid = bodies(asm)
+    loads = at_rest(asm, loads)
     beside, factor = getattr(loads, "beside", loads), getattr(loads, "weight", 1.0)
     wrench = np.zeros((asm.n_blocks, 6)) if beside is None else np.array(beside, dtype=float)
     wrench[:, :3] += factor * mass[:, None] * asm.gravity
     return wrench, centroid
 
 
+def at_rest(asm, load):
+    """Wrenches of forces at their points, shape (n_blocks, 6); another load as it is."""
+    if not hasattr(load, "couple"):
+        return load
+    wrench = np.zeros((asm.n_blocks, 6))
+    wrench[:, 3:] = load.couple
+    arm = load.point - bodies(asm)[1][load.block]
+    np.add.at(wrench, load.block, np.hstack([load.force, np.cross(arm, load.force)]))
+    return wrench
+
+
 def live_load(asm, load):
-    load = np.asarray(load, dtype=float)
+    load = np.asarray(at_rest(asm, load), dtype=float)
     if load.shape != (3,):
         return load
     load = load / np.abs(load).max()

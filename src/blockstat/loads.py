@@ -151,7 +151,10 @@ def point_load(assembly: Assembly, block: int | str, point: Sequence[float], for
     >>> point_load(cube, "cube", (0.5, 0.5, 1.0), (10, 0, 0)).round(6).tolist()
     [[10.0, 0.0, 0.0, 0.0, 5.0, 0.0]]
     """
-    (index,) = assembly.blocks_named(block, "load")
+    named = assembly.blocks_named(block, "load")
+    if len(named) != 1:
+        raise InputError(f"load: {block!r} are {len(named)} blocks; give one")
+    index = named[0]
     place, push = three(point, "point"), three(force, "force")
     if not on_block(assembly, int(index), place):
         low, high = (corner[index].round(4).tolist() for corner in assembly.bounds)

@@ -12,6 +12,7 @@ from blockstat import (
     acceleration,
     box,
     capacity,
+    load_case,
     plot_capacity,
     point_load,
     settle_to_collapse,
@@ -170,3 +171,40 @@ def test_a_control_that_is_no_block_is_refused(control):
     pair = on_ground(box((0, 0, 0), (0.5, 1, 2), name="one"), box((3, 0, 0), (3.6, 1, 1), name="two"))
     with pytest.raises(InputError, match="control"):
         capacity(pair, (1, 0, 0), control=control)
+
+
+@pytest.mark.parametrize(
+    "floor",
+    [
+        {"kind": "point", "block": "block", "point": [0.25, 0.5, 2], "force": [0, 0, -9810]},
+        {"kind": "line", "start": [0.25, 0, 2], "end": [0.25, 1, 2], "force": [0, 0, -9810]},
+        {"kind": "surface", "pressure": [0, 0, -19620], "towards": [0, 0, 1]},
+        {"kind": "patch", "corners": [[0, 0, 2], [0.5, 0, 2], [0.5, 1, 2], [0, 1, 2]], "pressure": [0, 0, -19620]},
+        {"kind": "fill", "level": 3, "unit_weight": 19620},
+        {"kind": "dispersed", "point": [0.25, 0.5, 2], "force": 9810, "spread": 0.5, "footprint": [0.3, 0.6]},
+    ],
+    ids=lambda table: table["kind"],
+)
+def test_the_loads_of_a_case_go_with_the_face_they_act_on(tmp_path, floor):
+    # Block and floor are as heavy. With the floor on top of the block both are over the toe at tan(turn) = .25 / 1.5.
+    file = write(on_ground(box((0, 0, 0), (0.5, 1, 2), name="block")), tmp_path / "block.json")
+    cases = tmp_path / "cases.toml"
+    keys = [f"{key} = {json.dumps(value)}" for key, value in floor.items()]
+    cases.write_text("\n".join(["[loads.floor]", *keys, "[cases.used.factors]", "floor = 1.0"]))
+    options = ("--load", "1,0,0", "--control", "block", "--case", "used", "--loads", cases, "--json")
+    answer = run("capacity", file, *options)
+    assert answer.returncode == 0, answer.stderr
+    told, turn = json.loads(answer.stdout), np.arctan(0.25 / 1.5)
+    assert told["displacement"][-1] == pytest.approx(0.25 - 0.25 * np.cos(turn) + np.sin(turn), rel=1e-4)
+    assert not told["warnings"]
+
+
+def test_the_live_loads_of_a_case_go_with_their_points(tmp_path):
+    # A push of P on the top edge of a block: P (sin + cos of what its diagonal has left) as its arm is that of the top.
+    block = on_ground(box((0, 0, 0), (0.5, 1, 2), name="block"))
+    push = {"kind": "point", "block": "block", "point": [0, 0.5, 2], "force": [9810, 0, 0]}
+    case = load_case(block, "pushed", {"push": push}, {"pushed": {"live": {"push": 1.0}}})
+    placed = capacity(block, case.placed_live, control="block")
+    known = capacity(block, [("block", (0, 0.5, 2), (9810, 0, 0))], control="block")
+    there = np.linspace(0, 0.9 * known.displacement[-1], 10)
+    assert [placed.at(one) for one in there] == pytest.approx([known.at(one) for one in there], rel=1e-9)

@@ -187,3 +187,15 @@ def test_blocks_share_a_body_force_by_their_masses():
         body_load(asm, force, blocks="pst")
     with pytest.raises(InputError, match=r"force is \(1, 2\)"):
         body_load(asm, (1, 2))
+
+
+def test_a_block_that_is_named_twice_has_its_share_once():
+    pair = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1), name="one"), box((0, 0, 1), (1, 1, 4), name="two")])
+    load = body_load(pair, (8, 0, 0), blocks=["one", 0, "two", "one"])
+    np.testing.assert_allclose(load[:, 0], [2.0, 6.0], rtol=1e-12)
+
+
+def test_a_point_load_is_on_one_block():
+    pair = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1), name="one"), box((0, 0, 1), (1, 1, 4), name="two")])
+    with pytest.raises(InputError, match="load: \\['one', 'two'\\] are 2 blocks; give one"):
+        point_load(pair, ["one", "two"], (0.5, 0.5, 1), (1, 0, 0))

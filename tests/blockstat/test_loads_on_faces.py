@@ -17,7 +17,7 @@ from blockstat import (
     patch_load,
     surface_load,
 )
-from blockstat.loading.faces import Face, wrenches
+from blockstat.loading.faces import Face, integrated
 from evidence.scenes.small import arch, assembly, box, prism
 
 TILTED = np.array([0.4, -0.7, -3.0])
@@ -494,5 +494,5 @@ def test_a_face_of_which_nothing_is_free_carries_nothing():
     frame = np.array([(0, 0, 1.0), (1, 0, 0), (0, 1, 0)])
     faces = [Face(0, frame, np.array([0, 0, 1.0]), shapely.Polygon()),
              Face(1, frame, np.array([2, 0, 1.0]), shapely.box(0, 0, 2, 1))]  # fmt: skip
-    found = wrenches(asm, faces, lambda points, normal: -3.0 * normal)
+    found = integrated(asm, faces, lambda points, normal: -3.0 * normal).wrenches(asm)
     np.testing.assert_allclose(found, [[0] * 6, [0, 0, -6, 0, 0, 0]], atol=1e-12)

@@ -330,7 +330,7 @@ def _carried(found: LimitLoad, flow: str) -> float:
 
 def _without_dilatancy(problem: Problem, found: LimitLoad, load: Floats, options: dict[str, Any]) -> LimitLoad:
     """The bracket with those of each kind of joints, all of which are to carry a load without limit."""
-    stopped, outcome, kinds = found.outcome is LoadOutcome.STOPPED, found.outcome, ((found.lower, found.lower),)
+    stopped, outcome, kinds = found.outcome is LoadOutcome.STOPPED, found.outcome, ((found.lower, found.upper),)
     if stopped or found.lower <= 0:
         kinds = ((0.0, max(found.upper, 0.0)),)
     elif problem.program is not None and problem.slips:

@@ -77,6 +77,32 @@ def chosen_case(
         raise located(loads or file, error) from None
 
 
+def placed_load_and_loads(load: str | None, case: LoadCase | None) -> tuple[Any, Any]:
+    """Return what grows and what stays as blocks move far, with the forces of a case at their points.
+
+    Parameters
+    ----------
+    load, case
+        As in `load_and_loads`.
+
+    Returns
+    -------
+    load, loads
+        As `blockstat.capacity` takes them.
+
+    Raises
+    ------
+    InputError
+        Where nothing would grow.
+    """
+    growing, permanent = load_and_loads(load, case)
+    if case is None or case.placed_permanent is None or case.placed_live is None:
+        return growing, permanent
+    if load is None:
+        return case.placed_live, case.placed_permanent
+    return growing, case.placed_permanent.plus(case.placed_live)
+
+
 def load_and_loads(load: str | None, case: LoadCase | None, *, weighted: bool = False) -> tuple[Any, Any]:
     """Return what grows and what stays in a limit analysis.
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from blockstat.cli.cases import Case, LoadsFile, chosen_case, load_and_loads
+from blockstat.cli.cases import Case, LoadsFile, chosen_case, placed_load_and_loads
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -107,7 +107,7 @@ def capacity_command(
     film = None if film is None else film_path(film)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
-    growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads, gap=near))
+    growing, permanent = placed_load_and_loads(load, chosen_case(assembly, file, case, loads, gap=near))
     with at_work("limit load") as say:
         found = capacity(
             assembly,

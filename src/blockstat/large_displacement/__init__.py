@@ -15,6 +15,6 @@ The words of these rooms:
 - implicit step: a finite step as one convex program, in which contacts slide, open and close.
 - associated flow: a joint that slides opens by friction times slip. Non-associated flow ("coulomb"): it does not open.
 
-This room imports `analysis`, `certificate`, `contact`, `geometry`, `linear_algebra`, `program`, `solve`
-and the root.
+This room imports `analysis`, `certificate`, `contact`, `geometry`, `linear_algebra`, `loading`, `program`,
+`solve` and the root.
 """

@@ -134,7 +134,7 @@ def capacity(
     assembly = assembly if friction is None else assembly.with_(friction=friction)
     start = rest_pose(assembly)
     dead, live = read_loads(assembly, loads), read_loads(assembly, load, live=True)
-    wrenches = live.wrenches(assembly, start), dead.wrenches(assembly, start)
+    wrenches = live.wrenches(assembly), dead.wrenches(assembly)
     limit = _checked_limit_load(assembly, *wrenches, gap, interfaces, solver)
     moved = read_control(limit, live, control)
     structure, origin = structure_about_middle(limit.assembly, limit.interfaces, dead, live, solver)

@@ -12,25 +12,26 @@ import numpy as np
 
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, gathered, no_such
-from blockstat.loading.ground import dispersed_load, fill_load, fluid_pressure
-from blockstat.loading.on_faces import body_load, line_load, patch_load, surface_load
-from blockstat.loads import WeightedLoads, acceleration, point_load
+from blockstat.loading.ground import dispersed_forces, fill_forces, fluid_forces
+from blockstat.loading.on_faces import body_load, line_forces, patch_forces, point_forces, surface_forces
+from blockstat.loading.placed import PlacedForces, at_centroids, joined
+from blockstat.loads import WeightedLoads, acceleration
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: What makes the loads of each kind; the keys of their tables are its parameters.
-KINDS: dict[str, Callable[..., Floats]] = {
-    "point": point_load,
-    "line": line_load,
-    "patch": patch_load,
-    "surface": surface_load,
+#: What makes the loads of each kind; the keys of their tables are its parameters. Wrenches act at centroids.
+KINDS: dict[str, Callable[..., Floats | PlacedForces]] = {
+    "point": point_forces,
+    "line": line_forces,
+    "patch": patch_forces,
+    "surface": surface_forces,
     "body": body_load,
     "acceleration": acceleration,
-    "pressure": fluid_pressure,
-    "fill": fill_load,
-    "dispersed": dispersed_load,
+    "pressure": fluid_forces,
+    "fill": fill_forces,
+    "dispersed": dispersed_forces,
 }
 #: Parameters that no table gives.
 OURS = ("assembly", "interfaces")
@@ -51,6 +52,8 @@ class LoadCase:
     weight: float = 1.0  #: factor on the weight of the blocks; `permanent` has it, of the blocks as drawn
     #: what stays beside the weight, factors included, shape (n_blocks, 6) [N, N m]; None where `permanent` is no more
     beside: Floats | None = None
+    placed_permanent: PlacedForces | None = None  #: the forces of `permanent` at their points; None where not known
+    placed_live: PlacedForces | None = None  #: those of `live`
 
     @property
     def loads(self) -> Floats:
@@ -126,8 +129,8 @@ def load_cases(
         return joints[0]
 
     acting = [name for name in given if name in used]
-    wrenches = gathered(partial(_wrench, assembly, given[name], f"loads.{name}", shared) for name in acting)
-    made = dict(zip(acting, wrenches, strict=True))
+    forces = gathered(partial(_forces, assembly, given[name], f"loads.{name}", shared) for name in acting)
+    made = dict(zip(acting, forces, strict=True))
     return {name: _case(assembly, name, table, made) for name, table in asked.items()}
 
 
@@ -183,6 +186,9 @@ def check_tables(loads: Tables, cases: Tables) -> None:
     InputError
         Naming each key at fault.
     """
+    for option, tables in (("loads", loads), ("cases", cases)):
+        if not isinstance(tables, Mapping):
+            raise InputError(f"{option}: it must be a table by name, not {tables!r}")
     of_loads = [partial(_check_load, f"loads.{name}", table) for name, table in loads.items()]
     gathered([*of_loads, *(partial(_check_case, f"cases.{name}", table, loads) for name, table in cases.items())])
 
@@ -237,36 +243,47 @@ def _not_a_number(path: str, value: Any) -> list[str]:
     return []
 
 
-def _wrench(assembly: Assembly, table: Any, path: str, shared: Callable[[], Interfaces]) -> Floats:
-    """The wrenches of one load."""
+def _forces(assembly: Assembly, table: Any, path: str, shared: Callable[[], Interfaces]) -> PlacedForces:
+    """The forces of one load."""
     if isinstance(table, np.ndarray):
         if table.shape != (assembly.n_blocks, 6) or not np.isfinite(table).all():
             raise InputError(
                 f"{path}: the array has shape {table.shape}; finite values of shape ({assembly.n_blocks}, 6) are needed"
             )
-        return table
+        return at_centroids(assembly, table)
     make = KINDS[table["kind"]]
     options = {key: value for key, value in table.items() if key != "kind"}
     if "interfaces" in inspect.signature(make).parameters:
         options["interfaces"] = shared()
     try:
-        return make(assembly, **options)
+        made = make(assembly, **options)
+        return made if isinstance(made, PlacedForces) else at_centroids(assembly, made)
     except InputError as error:
         raise error.under(path) from None
     except (TypeError, ValueError):
         raise InputError(f"{path}: a {table['kind']} load cannot be made of {dict(table)}") from None
 
 
-def _case(assembly: Assembly, name: str, table: Tables, made: Mapping[str, Floats]) -> LoadCase:
+def _case(assembly: Assembly, name: str, table: Tables, made: Mapping[str, PlacedForces]) -> LoadCase:
     """The combination of one case."""
 
-    def summed(key: str) -> Floats:
-        parts = (factor * made[load] for load, factor in table.get(key, {}).items())
-        return sum(parts, np.zeros((assembly.n_blocks, 6)))
+    def summed(key: str) -> PlacedForces:
+        return joined(assembly, (made[load].times(factor) for load, factor in table.get(key, {}).items()))
 
-    own = WeightedLoads(summed("factors"), table.get("weight", 1.0))
+    stay, live = summed("factors"), summed("live")
+    own = WeightedLoads(stay.wrenches(assembly), table.get("weight", 1.0))
     parts = [f"{own.weight:g} weight"]
     parts += [f"{factor:g} {load}" for load, factor in table.get("factors", {}).items()]
     parts += [f"{factor:g} {load} (live)" for load, factor in table.get("live", {}).items()]
-    permanent, words = own.beside + own.more_weight(assembly), (str(table.get("description", "")), " + ".join(parts))
-    return LoadCase(name, permanent, summed("live"), *words, weight=own.weight, beside=own.beside)
+    more = at_centroids(assembly, own.more_weight(assembly))
+    return LoadCase(
+        name=name,
+        permanent=own.beside + own.more_weight(assembly),
+        live=live.wrenches(assembly),
+        description=str(table.get("description", "")),
+        combination=" + ".join(parts),
+        weight=own.weight,
+        beside=own.beside,
+        placed_permanent=joined(assembly, (stay, more)),
+        placed_live=live,
+    )

@@ -17,6 +17,7 @@ from blockstat.contact.cells import patches_of
 from blockstat.contact.faces import frames
 from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import InputError
+from blockstat.loading.placed import PlacedForces, at_points
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ def selected(assembly: Assembly, blocks: Iterable[int | str] | int | str | None,
     Returns
     -------
     Ints
-        Numbers of the blocks.
+        Numbers of the blocks, ascending, each once.
 
     Raises
     ------
@@ -98,7 +99,7 @@ def selected(assembly: Assembly, blocks: Iterable[int | str] | int | str | None,
     if blocks is not None and group is not None:
         raise InputError("a load is for blocks or for a group; give one of the two")
     if blocks is not None:
-        return assembly.blocks_named(blocks, "load")
+        return np.unique(assembly.blocks_named(blocks, "load"))
     return assembly.free if group is None else assembly.in_group(group)
 
 
@@ -164,7 +165,7 @@ def _joints(interfaces: Interfaces, blocks: Ints) -> dict[int, list[tuple[Floats
     return found
 
 
-def wrenches(assembly: Assembly, faces: Iterable[Face], traction: Traction) -> Floats:
+def integrated(assembly: Assembly, faces: Iterable[Face], traction: Traction) -> PlacedForces:
     """Integrate a traction over parts of faces.
 
     Parameters
@@ -178,20 +179,20 @@ def wrenches(assembly: Assembly, faces: Iterable[Face], traction: Traction) -> F
 
     Returns
     -------
-    Floats
-        Wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
+    PlacedForces
+        Forces at points of the faces, with the resultants and the moments of the traction.
     """
-    load = np.zeros((assembly.n_blocks, 6))
+    blocks, points, forces = [np.empty(0, dtype=np.int64)], [np.empty((0, 3))], [np.empty((0, 3))]
     for face in faces:
         corners, area = _triangles(face)
         if not len(area):
             continue
         # The middles of the sides with a third of the area each: exact to degree two.
-        points = ((corners + np.roll(corners, -1, axis=1)) / 2).reshape(-1, 3)
-        force = np.repeat(area / 3, 3)[:, None] * traction(points, np.broadcast_to(face.normal, points.shape))
-        load[face.block, :3] += force.sum(axis=0)
-        load[face.block, 3:] += np.cross(points - assembly.centroid[face.block], force).sum(axis=0)
-    return load
+        points.append(((corners + np.roll(corners, -1, axis=1)) / 2).reshape(-1, 3))
+        normal = np.broadcast_to(face.normal, points[-1].shape)
+        forces.append(np.repeat(area / 3, 3)[:, None] * traction(points[-1], normal))
+        blocks.append(np.full(len(points[-1]), face.block))
+    return at_points(assembly, np.concatenate(blocks), np.concatenate(points), np.concatenate(forces))
 
 
 def _triangles(face: Face) -> tuple[Floats, Floats]:

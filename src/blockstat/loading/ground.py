@@ -13,8 +13,9 @@ import numpy as np
 
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.loading.faces import ON, SLIVER, Face, selected, up_of, wrenches
+from blockstat.loading.faces import ON, SLIVER, Face, integrated, selected, up_of
 from blockstat.loading.on_faces import facing
+from blockstat.loading.placed import PlacedForces
 from blockstat.loads import numbers, three
 from blockstat.typing import Floats
 
@@ -81,6 +82,49 @@ def fluid_pressure(
     >>> load.round(6).tolist()
     [[19620.0, 0.0, 0.0, 0.0, -16350.0, 0.0]]
     """
+    forces = fluid_forces(
+        assembly,
+        level,
+        unit_weight,
+        towards,
+        coefficient=coefficient,
+        surcharge=surcharge,
+        blocks=blocks,
+        group=group,
+        interfaces=interfaces,
+    )
+    return forces.wrenches(assembly)
+
+
+def fluid_forces(
+    assembly: Assembly,
+    level: float,
+    unit_weight: float,
+    towards: Sequence[float],
+    *,
+    coefficient: float = 1.0,
+    surcharge: float = 0.0,
+    blocks: Blocks = None,
+    group: str | None = None,
+    interfaces: Interfaces | None = None,
+) -> PlacedForces:
+    """Make the forces of `fluid_pressure` at their points.
+
+    Parameters
+    ----------
+    assembly, level, unit_weight, towards, coefficient, surcharge, blocks, group, interfaces
+        As in `fluid_pressure`.
+
+    Returns
+    -------
+    PlacedForces
+        On the faces.
+
+    Raises
+    ------
+    InputError
+        As `fluid_pressure` does.
+    """
     values = {"level": level, "unit_weight": unit_weight, "coefficient": coefficient, "surcharge": surcharge}
     _check(values, positive=("unit_weight",))
     faces = facing(assembly, selected(assembly, blocks, group), three(towards, "towards"), interfaces)
@@ -93,7 +137,7 @@ def fluid_pressure(
         depth = level - points @ up
         return -coefficient * (unit_weight * depth + surcharge)[:, None] * normal
 
-    return wrenches(assembly, wet, traction)
+    return integrated(assembly, wet, traction)
 
 
 @known_options
@@ -145,6 +189,37 @@ def fill_load(
     >>> fill_load(slab, 1.5, 18000.0).round(6).tolist()
     [[0.0, 0.0, -18000.0, 0.0, 0.0, 0.0]]
     """
+    return fill_forces(assembly, level, unit_weight, blocks=blocks, group=group, interfaces=interfaces).wrenches(
+        assembly
+    )
+
+
+def fill_forces(
+    assembly: Assembly,
+    level: float,
+    unit_weight: float,
+    *,
+    blocks: Blocks = None,
+    group: str | None = None,
+    interfaces: Interfaces | None = None,
+) -> PlacedForces:
+    """Make the forces of `fill_load` at their points.
+
+    Parameters
+    ----------
+    assembly, level, unit_weight, blocks, group, interfaces
+        As in `fill_load`.
+
+    Returns
+    -------
+    PlacedForces
+        On the faces.
+
+    Raises
+    ------
+    InputError
+        As `fill_load` does.
+    """
     _check({"level": level, "unit_weight": unit_weight}, positive=("unit_weight",))
     up = up_of(assembly)
     faces = facing(assembly, selected(assembly, blocks, group), up, interfaces)
@@ -156,7 +231,7 @@ def fill_load(
     def traction(points: Floats, normal: Floats) -> Floats:
         return -(unit_weight * (level - points @ up) * (normal @ up))[:, None] * up
 
-    return wrenches(assembly, covered, traction)
+    return integrated(assembly, covered, traction)
 
 
 @known_options
@@ -216,6 +291,40 @@ def dispersed_load(
     >>> load[:, 2].round(6).tolist()
     [-750.0, -250.0]
     """
+    forces = dispersed_forces(
+        assembly, point, force, spread=spread, footprint=footprint, blocks=blocks, group=group, interfaces=interfaces
+    )
+    return forces.wrenches(assembly)
+
+
+def dispersed_forces(
+    assembly: Assembly,
+    point: Sequence[float],
+    force: float,
+    *,
+    spread: float,
+    footprint: Sequence[float] = (0.0, 0.0),
+    blocks: Blocks = None,
+    group: str | None = None,
+    interfaces: Interfaces | None = None,
+) -> PlacedForces:
+    """Make the forces of `dispersed_load` at their points.
+
+    Parameters
+    ----------
+    assembly, point, force, spread, footprint, blocks, group, interfaces
+        As in `dispersed_load`.
+
+    Returns
+    -------
+    PlacedForces
+        On the faces.
+
+    Raises
+    ------
+    InputError
+        As `dispersed_load` does.
+    """
     _check({"force": force, "spread": spread}, positive=("force",))
     faces = facing(assembly, selected(assembly, blocks, group), up_of(assembly), interfaces)
     return dispersed(assembly, faces, three(point, "point"), force, spread, footprint)
@@ -223,8 +332,8 @@ def dispersed_load(
 
 def dispersed(
     assembly: Assembly, faces: Sequence[Face], place: Floats, force: float, spread: float, footprint: Sequence[float]
-) -> Floats:
-    """Make the load of a force on fill over faces that are known.
+) -> PlacedForces:
+    """Make the forces of a force on fill over faces that are known.
 
     Parameters
     ----------
@@ -237,8 +346,8 @@ def dispersed(
 
     Returns
     -------
-    Floats
-        Shape (n_blocks, 6) [N, N m].
+    PlacedForces
+        On the faces.
 
     Raises
     ------
@@ -263,7 +372,7 @@ def dispersed(
     parts = [part for face in faces if (part := _under(face, plan, up, rectangle)).region.area > 0]
     _check_single(assembly, parts)
     carried = sum(part.region.area * float(part.normal @ up) for part in parts)
-    return wrenches(assembly, parts, lambda _, normal: -(force / carried * (normal @ up))[:, None] * up)
+    return integrated(assembly, parts, lambda _, normal: -(force / carried * (normal @ up))[:, None] * up)
 
 
 def below(faces: Sequence[Face], place: Floats, up: Floats, *, room: float = 0.0) -> list[tuple[Face, float]]:

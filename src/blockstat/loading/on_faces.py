@@ -9,8 +9,9 @@ import numpy as np
 
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.loading.faces import ON, TOWARDS, Face, free_faces, selected, wrenches
-from blockstat.loads import as_points, three
+from blockstat.loading.faces import ON, TOWARDS, Face, free_faces, integrated, selected
+from blockstat.loading.placed import PlacedForces, at_points
+from blockstat.loads import as_points, point_load, three
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -107,9 +108,40 @@ def surface_load(
     >>> surface_load(wall, (800, 0, 0), towards=(-1, 0, 0)).round(6).tolist()
     [[6400.0, 0.0, 0.0, 0.0, 0.0, 0.0]]
     """
+    return surface_forces(assembly, pressure, towards, blocks=blocks, group=group, interfaces=interfaces).wrenches(
+        assembly
+    )
+
+
+def surface_forces(
+    assembly: Assembly,
+    pressure: Sequence[float],
+    towards: Sequence[float],
+    *,
+    blocks: Blocks = None,
+    group: str | None = None,
+    interfaces: Interfaces | None = None,
+) -> PlacedForces:
+    """Make the forces of `surface_load` at their points.
+
+    Parameters
+    ----------
+    assembly, pressure, towards, blocks, group, interfaces
+        As in `surface_load`.
+
+    Returns
+    -------
+    PlacedForces
+        On the faces.
+
+    Raises
+    ------
+    InputError
+        As `surface_load` does.
+    """
     force, look = three(pressure, "pressure"), three(towards, "towards")
     faces = facing(assembly, selected(assembly, blocks, group), look, interfaces, steepest=45.0)
-    return wrenches(assembly, faces, lambda points, _: np.broadcast_to(force, points.shape))
+    return integrated(assembly, faces, lambda points, _: np.broadcast_to(force, points.shape))
 
 
 def facing(
@@ -196,6 +228,37 @@ def patch_load(
     >>> patch_load(block, corners, (0, 0, -100)).round(6).tolist()
     [[0.0, 0.0, -50.0, 0.0, -12.5, 0.0]]
     """
+    return patch_forces(assembly, corners, pressure, blocks=blocks, group=group, interfaces=interfaces).wrenches(
+        assembly
+    )
+
+
+def patch_forces(
+    assembly: Assembly,
+    corners: Any,
+    pressure: Sequence[float],
+    *,
+    blocks: Blocks = None,
+    group: str | None = None,
+    interfaces: Interfaces | None = None,
+) -> PlacedForces:
+    """Make the forces of `patch_load` at their points.
+
+    Parameters
+    ----------
+    assembly, corners, pressure, blocks, group, interfaces
+        As in `patch_load`.
+
+    Returns
+    -------
+    PlacedForces
+        On the faces.
+
+    Raises
+    ------
+    InputError
+        As `patch_load` does.
+    """
     from shapely import Polygon
 
     outline, force = as_points(corners, "corners of a patch", 3), three(pressure, "pressure")
@@ -212,7 +275,7 @@ def patch_load(
         part = face.within(Polygon(face.flat(outline)))
         parts += [part] if part.region.area > 0 else []
     _check_covered(assembly, parts, sum(part.region.area for part in parts), whole, "patch", "m2")
-    return wrenches(assembly, parts, lambda points, _: np.broadcast_to(force, points.shape))
+    return integrated(assembly, parts, lambda points, _: np.broadcast_to(force, points.shape))
 
 
 @known_options
@@ -264,14 +327,46 @@ def line_load(
     >>> line_load(block, (0.25, 0, 1), (0.25, 1, 1), (0, 0, -8)).round(6).tolist()
     [[0.0, 0.0, -8.0, 0.0, -2.0, 0.0]]
     """
+    return line_forces(assembly, start, end, force, blocks=blocks, group=group, interfaces=interfaces).wrenches(
+        assembly
+    )
+
+
+def line_forces(
+    assembly: Assembly,
+    start: Sequence[float],
+    end: Sequence[float],
+    force: Sequence[float],
+    *,
+    blocks: Blocks = None,
+    group: str | None = None,
+    interfaces: Interfaces | None = None,
+) -> PlacedForces:
+    """Make the forces of `line_load` at their points.
+
+    Parameters
+    ----------
+    assembly, start, end, force, blocks, group, interfaces
+        As in `line_load`.
+
+    Returns
+    -------
+    PlacedForces
+        On the faces.
+
+    Raises
+    ------
+    InputError
+        As `line_load` does.
+    """
     from shapely import LineString
 
     ends = np.stack([three(start, "start"), three(end, "end")])
     push, length = three(force, "force"), float(np.linalg.norm(ends[1] - ends[0]))
     if not length:
         raise InputError(f"line from {ends[0].tolist()} to {ends[1].tolist()} has no length")
-    load, left = np.zeros((assembly.n_blocks, 6)), LineString([(0.0, 0.0), (length, 0.0)])
-    taken: list[Any] = []
+    left, taken = LineString([(0.0, 0.0), (length, 0.0)]), list[Any]()
+    middles, forces = [np.empty((0, 3))], [np.empty((0, 3))]
     for face in _near(assembly, ends, selected(assembly, blocks, group), interfaces):
         flat = face.flat(ends)
         inside = LineString(flat).intersection(face.region.buffer(EDGE * float(assembly.size[face.block])))
@@ -283,12 +378,12 @@ def line_load(
             left = left.difference(own)
             for part in getattr(own, "geoms", [own]):
                 if part.length > 0:
-                    middle = ends[0] + part.centroid.x / length * (ends[1] - ends[0])
-                    load[face.block, :3] += part.length * push
-                    load[face.block, 3:] += np.cross(middle - assembly.centroid[face.block], part.length * push)
+                    middles.append(ends[[0]] + part.centroid.x / length * (ends[[1]] - ends[[0]]))
+                    forces.append(part.length * push[None])
                     taken.append(face)
     _check_covered(assembly, taken, length - left.length, length, "line", "m")
-    return load
+    blocks_loaded = np.array([face.block for face in taken], dtype=np.int64)
+    return at_points(assembly, blocks_loaded, np.concatenate(middles), np.concatenate(forces))
 
 
 def _near(assembly: Assembly, points: Floats, chosen: Any, interfaces: Interfaces | None) -> list[Face]:
@@ -306,3 +401,26 @@ def _check_covered(assembly: Assembly, parts: Sequence[Face], found: float, whol
         names = sorted({assembly.names[part.block] for part in parts})
         where = f" (of {', '.join(names[:5])})" if names else ""
         raise InputError(f"{found:.6g} of {whole:.6g} {unit} of the {what} lie on free faces{where}; all of it must")
+
+
+def point_forces(assembly: Assembly, block: int | str, point: Sequence[float], force: Sequence[float]) -> PlacedForces:
+    """Make the force of `blockstat.point_load` at its point.
+
+    Parameters
+    ----------
+    assembly, block, point, force
+        As in `blockstat.point_load`.
+
+    Returns
+    -------
+    PlacedForces
+        One force.
+
+    Raises
+    ------
+    InputError
+        As `blockstat.point_load` does.
+    """
+    wrench = point_load(assembly, block, point, force)
+    loaded = assembly.blocks_named(block, "load")
+    return at_points(assembly, loaded, three(point, "point")[None], wrench[loaded, :3])

@@ -260,7 +260,7 @@ def limit_load_by_direction(
     >>> [round(bound, 4) for bound in found.horizon]
     [0.25, 0.25]
     """
-    if not 4 <= directions <= MOST_DIRECTIONS or directions % 4:
+    if not isinstance(directions, (int, np.integer)) or not 4 <= directions <= MOST_DIRECTIONS or directions % 4:
         raise InputError(
             f"directions is {directions!r}; it must be a multiple of 4, for +-x and +-y to be among them, "
             f"and at most {MOST_DIRECTIONS:,}"
@@ -344,9 +344,7 @@ def _first_of_the_least(values: Floats) -> int:
 
 
 def _without_dilatancy(limit: LimitLoad) -> tuple[float, float]:
-    """The bracket of the joints that carry least, if they have a limit; nothing is looked for below one of zero."""
-    if limit.coulomb_least is None and limit.outcome is LoadOutcome.LIMIT:
-        return 0.0, max(limit.upper, 0.0)
+    """The bracket of the joints that carry least, if they have a limit."""
     unknown = (np.nan, np.nan)
     return unknown if limit.outcome is LoadOutcome.UNBOUNDED else limit.coulomb_least or unknown
 

@@ -214,7 +214,7 @@ def settle_to_collapse(
     check_path_options(steps=steps, tolerance=tolerance, displacement=displacement)
     assembly = assembly if friction is None else assembly.with_(friction=friction)
     dead, start = read_loads(assembly, loads), rest_pose(assembly)
-    at_rest = dead.wrenches(assembly, start)
+    at_rest = dead.wrenches(assembly)
     first = settle(assembly, moves, loads=at_rest, gap=gap, interfaces=interfaces, solver=solver)
     if reason := why_not_followed(first.assembly, first.interfaces):
         raise InputError(reason)

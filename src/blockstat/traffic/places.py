@@ -181,7 +181,9 @@ def train_loads(
             if spread is None:
                 loads[k] += force * road.wheel(along, int(way))
             elif below(road.faces, road.point(along), up_of(road.assembly)):
-                loads[k] += dispersed(road.assembly, road.faces, road.point(along), force, spread, footprint)
+                loads[k] += dispersed(road.assembly, road.faces, road.point(along), force, spread, footprint).wrenches(
+                    road.assembly
+                )
     return loads
 
 

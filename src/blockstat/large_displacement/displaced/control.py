@@ -10,10 +10,10 @@ import numpy as np
 
 from blockstat.errors import InputError, no_such
 from blockstat.geometry.polyhedron import point_velocity
-from blockstat.large_displacement.displaced.loads import PointLoads
 from blockstat.large_displacement.displaced.pose import Pose, displaced_points, rest_pose
 from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.large_displacement.displaced.velocity_rows import VelocityRows, relative_velocity_rows, summed
+from blockstat.loading.placed import PlacedForces
 from blockstat.loads import on_block, three
 from blockstat.typing import Floats, Ints
 
@@ -118,13 +118,13 @@ def conjugate_control(structure: Structure) -> Control:
     return _conjugate(structure.assembly, structure.live, "mean of all displacements weighted by the load")
 
 
-def _conjugate(assembly: Assembly, live: PointLoads, name: str) -> Control:
+def _conjugate(assembly: Assembly, live: PlacedForces, name: str) -> Control:
     free = ~assembly.support[live.block]
     block, point, force = live.block[free], live.point[free], live.force[free]
     return Control(block, point, force / np.linalg.norm(force, axis=1).sum(), name)
 
 
-def read_control(limit: LimitLoad, live: PointLoads, given: Any) -> Control:
+def read_control(limit: LimitLoad, live: PlacedForces, given: Any) -> Control:
     """Read the control that a user asks for, and check that it moves.
 
     Parameters

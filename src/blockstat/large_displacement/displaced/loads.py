@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.large_displacement.displaced.pose import Pose, displaced_points
-from blockstat.loads import WeightedLoads, as_load, point_load
-from blockstat.typing import Floats, Ints
+from blockstat.loading.on_faces import point_forces
+from blockstat.loading.placed import PlacedForces, at_centroids, joined, wrenches_about
+from blockstat.loads import WeightedLoads, as_load
+from blockstat.typing import Floats
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -20,37 +21,29 @@ if TYPE_CHECKING:
 SAME_ACCELERATION = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class PointLoads:
-    """Forces at material points of blocks, and couples. Neither changes its direction when the blocks are rotated."""
+def displaced_wrenches(placed: PlacedForces, assembly: Assembly, pose: Pose) -> Floats:
+    """Return the wrench on each block about its displaced centroid.
 
-    block: Ints  #: block of each force, shape (k,)
-    point: Floats  #: point of application at rest, shape (k, 3) [m]
-    force: Floats  #: shape (k, 3) [N]
-    couple: Floats  #: on each block, shape (n_blocks, 3) [N m]
+    Parameters
+    ----------
+    placed
+        The forces. They and the couples keep their directions.
+    assembly
+        The blocks at rest.
+    pose
+        Their pose.
 
-    def wrenches(self, assembly: Assembly, pose: Pose) -> Floats:
-        """Return the wrench on each block about its displaced centroid.
-
-        Parameters
-        ----------
-        assembly
-            The blocks at rest.
-        pose
-            Their pose.
-
-        Returns
-        -------
-        Floats
-            Shape (n_blocks, 6) [N, N m].
-        """
-        arm = displaced_points(assembly, pose, self.block, self.point) - pose.centroids(assembly)[self.block]
-        wrench = np.hstack([np.zeros_like(self.couple), self.couple])
-        np.add.at(wrench, self.block, np.hstack([self.force, np.cross(arm, self.force)]))
-        return wrench
+    Returns
+    -------
+    Floats
+        Shape (n_blocks, 6) [N, N m].
+    """
+    return wrenches_about(
+        pose.centroids(assembly), displaced_points(assembly, pose, placed.block, placed.point), placed
+    )
 
 
-def read_loads(assembly: Assembly, given: Any, *, live: bool = False) -> PointLoads:
+def read_loads(assembly: Assembly, given: Any, *, live: bool = False) -> PlacedForces:
     """Read loads as a user gives them.
 
     Parameters
@@ -59,14 +52,14 @@ def read_loads(assembly: Assembly, given: Any, *, live: bool = False) -> PointLo
         The blocks.
     given
         None, three numbers (the direction of an acceleration; only live loads), a wrench on each block, shape
-        (n_blocks, 6) [N, N m], whose forces act at the centroids, or a sequence of (block, point, force), as in
-        `blockstat.point_load`.
+        (n_blocks, 6) [N, N m], whose forces act at the centroids, a sequence of (block, point, force), as in
+        `blockstat.point_load`, or forces at their points, as a load case has them.
     live
         Whether the multiplier multiplies them; then no load is an error.
 
     Returns
     -------
-    PointLoads
+    PlacedForces
         The forces, their points of application and the couples.
 
     Raises
@@ -74,22 +67,19 @@ def read_loads(assembly: Assembly, given: Any, *, live: bool = False) -> PointLo
     InputError
         For anything else.
     """
-    n = assembly.n_blocks
     if given is None and not live:
-        return PointLoads(np.empty(0, dtype=np.int64), np.empty((0, 3)), np.empty((0, 3)), np.zeros((n, 3)))
+        return joined(assembly, [])
+    if isinstance(given, PlacedForces):
+        return given
     if given is not None and _are_point_forces(given):
-        rows = [(int(assembly.blocks_named(b, "load")[0]), p, point_load(assembly, b, p, f)) for b, p, f in given]
-        block = np.array([row[0] for row in rows], dtype=np.int64)
-        force = np.array([row[2][row[0], :3] for row in rows])
-        return PointLoads(block, np.array([row[1] for row in rows], dtype=float), force, np.zeros((n, 3)))
+        return joined(assembly, (point_forces(assembly, *row) for row in given))
     if live:
         wrench = as_load(assembly, given)
     else:
         from blockstat.analysis.problem import checked_loads
 
         wrench = checked_loads(assembly, given)
-    block = np.flatnonzero(wrench[:, :3].any(axis=1))
-    return PointLoads(block, assembly.centroid[block], wrench[block, :3], wrench[:, 3:].copy())
+    return at_centroids(assembly, wrench)
 
 
 def moved_with_centroids(assembly: Assembly, given: Mapping[str, Any]) -> list[str]:
@@ -109,7 +99,7 @@ def moved_with_centroids(assembly: Assembly, given: Mapping[str, Any]) -> list[s
     """
     told = []
     for name, load in given.items():
-        if load is None or _are_point_forces(load) or np.ndim(load) == 1:
+        if load is None or isinstance(load, PlacedForces) or _are_point_forces(load) or np.ndim(load) == 1:
             continue
         wrench = np.asarray(load.beside if isinstance(load, WeightedLoads) else load, dtype=float)
         loaded = wrench.any(axis=1) & ~assembly.support

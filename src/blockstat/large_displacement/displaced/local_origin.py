@@ -13,8 +13,8 @@ import numpy as np
 
 from blockstat.contact.interfaces import Interfaces
 from blockstat.large_displacement.displaced.control import Control
-from blockstat.large_displacement.displaced.loads import PointLoads
 from blockstat.large_displacement.displaced.structure import Structure
+from blockstat.loading.placed import PlacedForces
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 def structure_about_middle(
     assembly: Assembly,
     interfaces: Interfaces,
-    dead: PointLoads,
-    live: PointLoads | None,
+    dead: PlacedForces,
+    live: PlacedForces | None,
     solver: str,
     support_motion: Floats | None = None,
 ) -> tuple[Structure, Floats]:

@@ -21,8 +21,9 @@ from blockstat.joint import Tie
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, ContactPairs
 from blockstat.large_displacement.displaced.face_outlines import FaceOutlines
 from blockstat.large_displacement.displaced.joints import displaced_interfaces
-from blockstat.large_displacement.displaced.loads import PointLoads
+from blockstat.large_displacement.displaced.loads import displaced_wrenches
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
+from blockstat.loading.placed import PlacedForces
 from blockstat.program.equilibrium import weight
 from blockstat.program.ties import tie_wrenches
 from blockstat.typing import Floats, Ints
@@ -41,8 +42,8 @@ class Structure:
 
     assembly: Assembly  #: at rest, with its friction and gravity
     interfaces: Interfaces  #: at rest
-    dead: PointLoads  #: permanent loads besides the weight
-    live: PointLoads | None  #: the load that the multiplier multiplies; None where supports move instead
+    dead: PlacedForces  #: permanent loads besides the weight
+    live: PlacedForces | None  #: the load that the multiplier multiplies; None where supports move instead
     solver: str  #: as in `blockstat.limit_load`
     #: of the supports that move whole, for a unit rate of their movement, shape (n_blocks, 6); zero elsewhere
     support_motion: Floats
@@ -65,7 +66,7 @@ class Structure:
         Floats
             About the displaced centroids, shape (n_blocks, 6) [N, N m]. Forces of ties are not among them.
         """
-        return weight(self.assembly) + self.dead.wrenches(self.assembly, pose)
+        return weight(self.assembly) + displaced_wrenches(self.dead, self.assembly, pose)
 
     def live_load(self, pose: Pose) -> Floats:
         """Return the wrenches l that the multiplier multiplies.
@@ -81,7 +82,7 @@ class Structure:
             About the displaced centroids, shape (n_blocks, 6) [N, N m].
         """
         assert self.live is not None
-        return self.live.wrenches(self.assembly, pose)
+        return displaced_wrenches(self.live, self.assembly, pose)
 
     def with_supports(self, pose: Pose, parameter: float) -> Pose:
         """Return a pose in which the supports that move whole are where they have moved, as the ties on them are.
@@ -227,7 +228,7 @@ class Configuration:
             As `blockstat.analysis.problem.pose` makes it.
         """
         fixed = self.structure
-        loads = fixed.dead.wrenches(fixed.assembly, self.pose)
+        loads = displaced_wrenches(fixed.dead, fixed.assembly, self.pose)
         if fixed.live is not None and multiplier:
             loads = loads + multiplier * fixed.live_load(self.pose)
         there = displaced_with_slack_ties(fixed.assembly, fixed.with_supports(self.pose, self.parameter))
