@@ -76,6 +76,9 @@ class Forces:
             self.point = np.array([point for _, point, _ in given], dtype=float)
             self.force = np.array([force for _, _, force in given], dtype=float)
             return
+        if hasattr(given, "couple"):
+            self.block, self.point, self.force, self.moment = given.block, given.point, given.force, given.couple
+            return
         given = np.zeros((asm.n_blocks, 6)) if given is None else given
         wrench = independent.live_load(asm, given) if live else np.asarray(given, dtype=float)
         self.block = np.arange(asm.n_blocks)

@@ -155,7 +155,7 @@ def test_a_load_whose_place_on_its_block_is_not_known_is_told():
     wrench = capacity(block, (1, 0, 0), control="block", loads=point_load(block, "block", top, (0, 0, -9810)))
     assert not placed.warnings
     assert [text.split(" are")[0] for text in wrench.warnings] == ["the forces of `loads`"]
-    # The block is as heavy as the load. They are over the toe at tan(turn) = .25 / 1, with the load on top at .25 / 1.5.
+    # The load is as heavy as the block. They are over the toe at tan(turn) = .25, with the load on top at .25 / 1.5.
     turn = np.arctan([0.25, 0.5 / 3])
     moved = 0.25 - 0.25 * np.cos(turn) + np.sin(turn)
     assert [wrench.displacement[-1], placed.displacement[-1]] == pytest.approx(moved, rel=1e-4)
@@ -200,11 +200,11 @@ def test_the_loads_of_a_case_go_with_the_face_they_act_on(tmp_path, floor):
 
 
 def test_the_live_loads_of_a_case_go_with_their_points(tmp_path):
-    # A push of P on the top edge of a block: P (sin + cos of what its diagonal has left) as its arm is that of the top.
+    # The same force in words of a case and of Python, which acts on the top edge.
     block = on_ground(box((0, 0, 0), (0.5, 1, 2), name="block"))
     push = {"kind": "point", "block": "block", "point": [0, 0.5, 2], "force": [9810, 0, 0]}
     case = load_case(block, "pushed", {"push": push}, {"pushed": {"live": {"push": 1.0}}})
     placed = capacity(block, case.placed_live, control="block")
     known = capacity(block, [("block", (0, 0.5, 2), (9810, 0, 0))], control="block")
     there = np.linspace(0, 0.9 * known.displacement[-1], 10)
-    assert [placed.at(one) for one in there] == pytest.approx([known.at(one) for one in there], rel=1e-9)
+    np.testing.assert_allclose([placed.at(one) for one in there], [known.at(one) for one in there], rtol=1e-9)
