@@ -154,7 +154,7 @@ def test_a_load_whose_place_on_its_block_is_not_known_is_told():
     wrench = capacity(block, (1, 0, 0), control="block", loads=point_load(block, "block", top, (0, 0, -9810)))
     assert not placed.warnings
     assert [text.split(" are")[0] for text in wrench.warnings] == ["the forces of `loads`"]
-    # The block is as heavy as the load. They are over the toe at tan(turn) = .25 / 1, with the load on top at .25 / 1.5.
+    # The load is as heavy as the block. They are over the toe at tan(turn) = .25, with the load on top at .25 / 1.5.
     turn = np.arctan([0.25, 0.5 / 3])
     moved = 0.25 - 0.25 * np.cos(turn) + np.sin(turn)
     assert [wrench.displacement[-1], placed.displacement[-1]] == pytest.approx(moved, rel=1e-4)
