@@ -90,6 +90,28 @@ def test_what_is_neither_a_matrix_nor_a_frame_is_named(given):
         compas_parts(model(elements, [{"element": "a"}]), "m")
 
 
+@pytest.mark.parametrize("row", [[0, 0, 0, 2], [0.1, 0, 0, 1], [0, 0, 0, 0]])
+def test_a_matrix_that_projects_is_refused(row):
+    found = matrix((0.1, 0.2, 0.3), (1, 2, 3))
+    found[3] = row
+    elements = {"a": element("stone", transformation=transformation(found), is_support=True)}
+    words = r'element "stone": the last row of a "compas\.geometry/Transformation" is \[0\..*\]; it must be 0, 0, 0, 1'
+    with pytest.raises(InputError, match=words):
+        compas_parts(model(elements, [{"element": "a"}]), "m")
+    found[3] = [0, 0, 0, 1 + 1e-12]
+    elements["a"] = element("stone", transformation=transformation(found), is_support=True)
+    assert len(compas_parts(model(elements, [{"element": "a"}]), "m").blocks) == 1
+
+
+@pytest.mark.parametrize("mark", ["false", "True", 2, {"a": 1}])
+def test_a_mark_of_a_support_that_is_no_truth_value_is_refused(mark):
+    elements = {"a": element("stone", is_support=mark), "b": element(is_support=mark), "c": element(is_support=True)}
+    with pytest.raises(InputError) as caught:
+        compas_parts(model(elements, [{"element": key} for key in elements]), "m")
+    allowed = "it must be true, false, 0 or 1"
+    assert list(caught.value.args) == [f'block "{name}": is_support is {mark!r}; {allowed}' for name in ("stone", "b")]
+
+
 def test_an_attribute_of_an_element_counts_before_its_material_and_its_mesh():
     materials = {"m": {"dtype": "x/M", "data": {"density": 2.0}}}
     elements = {

@@ -128,6 +128,26 @@ def test_blocks_keep_names_groups_and_supports_of_the_object():
     assert read.support.tolist() == [True, False]
 
 
+def test_names_that_blocks_of_an_object_share_are_numbered_past_those_that_are_taken():
+    meshes = {0: Mesh(box((0, 0, -1), (9, 1, 0)), "a.1", is_support=True)}
+    meshes |= {k: Mesh(box((2 * k, 0, 0), (2 * k + 1, 1, 1)), "a") for k in (1, 2)}
+    thing = SimpleNamespace(graph=Graph(meshes), node_block=meshes.get, attributes={}, name="row")
+    with pytest.warns(InputWarning, match=r'several blocks share a name \("a"\)'):
+        assert from_compas(thing).names == ("a.1", "a.0", "a.2")
+    with pytest.raises(InputError, match='supports: 2 blocks are named "a"; give their indices'):
+        from_compas(thing, supports=["a"])
+
+
+@pytest.mark.parametrize("mark", ["false", 2])
+def test_a_mark_of_a_support_of_an_object_is_a_truth_value(mark):
+    meshes = {"g": Mesh(box((0, 0, 0), (1, 1, 1)), is_support=mark)}
+    thing = SimpleNamespace(graph=Graph(meshes), node_block=meshes.get, attributes={}, name="one")
+    made = model(element("g", MESHES["stone"], is_support=mark))
+    for given in (thing, made):
+        with pytest.raises(InputError, match=f'block "g": is_support is {mark!r}; it must be true, false, 0 or 1'):
+            from_compas(given)
+
+
 @pytest.mark.parametrize(("edge", "frame", "side"), [("ground_stone", UP, -1), ("stone_ground", UNDER, 1)])
 def test_forces_are_written_on_the_block_that_the_frame_points_into(edge, frame, side):
     own = joint(frame)

@@ -2,6 +2,7 @@
 
 import json
 import struct
+import warnings
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from blockstat.io.mesh import block_mesh, mesh_parts, read_whole
 from blockstat.io.names import distinct_names
 from blockstat.io.native import native_parts
 from blockstat.io.obj import NOTE, closed_runs, read_obj, split_solids
-from blockstat.io.parts import Parts, chosen_supports, doubts, in_frame, metres_in
+from blockstat.io.parts import Parts, chosen_supports, doubts, in_frame, is_marked, metres_in
 from blockstat.io.scene_text import _table
 from blockstat.io.surface import read_surface
 from evidence.scenes.small import assembly, box, prism
@@ -57,6 +58,20 @@ def test_objects_or_groups_of_an_obj_are_its_solids(tmp_path):
     assert read_obj(obj(tmp_path, "o one", "g other", *SOLID))[0][0].extras["group"] == "other"
 
 
+def test_a_group_of_an_obj_goes_on_where_its_name_comes_again(tmp_path):
+    moved = [f"v {x + 9} {y} {z}" for x, y, z in CORNERS]
+    other = ["f 5 7 6", "f 5 6 8", "f 5 8 7", "f 6 7 8"]
+    lines = [*SOLID[:4], *moved, "g wall", *SOLID[4:6], "g default", *other, "g wall", "f 1 4 3", "f 2 3 4"]
+    solids, _ = read_obj(obj(tmp_path, *(line.replace("f -4 -1 -2", "f 1 4 3") for line in lines)))
+    assert [(s.name, len(s.faces)) for s in solids] == [("wall", 4), ("default", 4)]
+    again = ["g", *SOLID[4:6], "g wall", *other, "g", "f 1 4 3", "f 2 3 4"]  # faces without a group are one, too
+    solids, _ = read_obj(obj(tmp_path, *SOLID[:4], *moved, *again))
+    assert [(s.name, len(s.faces)) for s in solids] == [("", 4), ("wall", 4)]
+    # Objects of one name are several.
+    lines = [*SOLID[:4], *moved, "o wall", *SOLID[4:6], "f 1 4 3", "f 2 3 4", "o wall", *other]
+    assert [len(s.faces) for s in read_obj(obj(tmp_path, *lines))[0]] == [4, 4]
+
+
 def test_notes_of_an_obj_are_of_their_object_and_the_first_of_all(tmp_path):
     lines = [NOTE + '"friction": 0.3}', "o one", NOTE + '"support": true, "density": 5.0, "name": "o ne"}', *SOLID]
     solids, shared = read_obj(obj(tmp_path, *lines))
@@ -81,6 +96,9 @@ def test_each_bad_line_of_an_obj_is_named(tmp_path):
         ("line 15", "# blockstat"), ("line 16", "f"),
     ]  # fmt: skip
     assert "of an OBJ file" in str(caught.value)
+    deep = NOTE + '"a": ' + 20_000 * "[" + 20_000 * "]" + "}"
+    with pytest.raises(InputError, match='line 3: cannot be read as "# blockstat" of an OBJ file'):
+        read_obj(obj(tmp_path, "o a", *SOLID[:1], deep))
     ok = [*SOLID, "f 1 2 3 4"]  # the last corner exists
     assert len(read_obj(obj(tmp_path, *ok))[0][0].faces) == 5
 
@@ -174,6 +192,16 @@ def test_a_key_that_no_tie_and_no_joint_has_is_refused():
             native_parts(native(**changes), "stem")
 
 
+def test_a_key_that_no_block_has_is_refused_and_one_of_the_file_is_kept():
+    data = native(author="me")
+    data["blocks"][1] |= {"support": True, "weight": 3.0}
+    with pytest.raises(InputError) as caught:
+        native_parts(data, "stem")
+    keys = "keys here are: vertices, faces, name, group, density"
+    assert list(caught.value.args) == [f'block "b": {key}: unknown key; {keys}' for key in ("support", "weight")]
+    assert native_parts(native(author="me"), "stem").options["metadata"] == {"author": "me"}
+
+
 def test_one_support_of_a_native_file_is_a_name_or_a_number(tmp_path):
     path = tmp_path / "n.json"
     path.write_text(json.dumps(native()))
@@ -236,6 +264,26 @@ def test_supports_are_those_given_or_else_those_that_a_file_marks():
     )
     with pytest.raises(NoSupportError, match=r"\(blocks: a, block1, c, d, e, f, g, h\)$"):
         chosen_supports([], None, names[:8], "it")
+
+
+@pytest.mark.parametrize(("mark", "held"), [(True, True), (False, False), (0, False), (1, True), (1.0, True)])
+def test_a_mark_of_a_support_is_a_truth_value(tmp_path, mark, held):
+    note = NOTE + f'"support": {json.dumps(mark)}}}'
+    moved = [f"v {x + 9} {y} {z}" for x, y, z in CORNERS] + ["f 5 7 6", "f 5 6 8", "f 5 8 7", "f 6 7 8"]
+    parts = mesh_parts(obj(tmp_path, "o a", note, *SOLID, "o b", NOTE + '"support": true}', *moved))
+    assert parts.supports == [0] * held + [1]
+    assert is_marked("a", "support", mark) is held
+
+
+@pytest.mark.parametrize("mark", ["false", "true", "no", 2, [True]])
+def test_what_is_no_truth_value_marks_no_support(tmp_path, mark):
+    note = NOTE + f'"support": {json.dumps(mark)}}}'
+    moved = [f"v {x + 9} {y} {z}" for x, y, z in CORNERS] + ["f 5 7 6", "f 5 6 8", "f 5 8 7", "f 6 7 8"]
+    with pytest.raises(InputError) as caught:
+        read(obj(tmp_path, "o a", note, *SOLID, "o b", note, *moved))
+    assert list(caught.value.args) == [
+        f'{tmp_path / "made.obj"}: block "{name}": support is {mark!r}; it must be true, false, 0 or 1' for name in "ab"
+    ]
 
 
 def test_parts_scale_and_turn_with_their_ties_and_their_gravity():
@@ -409,7 +457,15 @@ def test_a_folder_is_read_in_the_order_of_its_numbers(tmp_path):
         folder_parts(folder)
     (folder / "notes.txt").write_text("no stone")
     (folder / "dir.ply").mkdir()
-    assert len(folder_parts(folder, supports=["s0"]).blocks) == 12
+    (folder / "dir.obj").mkdir()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(folder_parts(folder, supports=["s0"]).blocks) == 12
+    for other in ("s12.obj", "s2.GLB", "g/s3.obj"):
+        (folder / other).write_text("not looked at")
+    with pytest.warns(InputWarning, match=r"stones: of a directory \.ply and \.stl are read, and not ") as told:
+        assert len(folder_parts(folder, supports=["s0"]).blocks) == 12
+    assert str(told[0].message).endswith(" and not g/s3.obj, s2.GLB, s12.obj")
     (folder / "g" / "bad.STL").write_text("no stone")
     with pytest.raises(InputError, match=r"^g/bad\.STL: "):
         folder_parts(folder, supports=["s0"])
@@ -541,10 +597,142 @@ def test_a_compressed_glb_says_what_it_needs(tmp_path):
     path.write_bytes(glb(content))
     with pytest.raises(InputError, match="it needs EXT_meshopt_compression; export"):
         mesh_parts(path, supports=[0])
-    content["extensionsRequired"] = ["KHR_other"]
-    path.write_bytes(glb(content))
-    with pytest.raises(InputError, match=r"cannot be read as a mesh|holds no solid"):
+
+
+CUBE = box((0, 0, 0), (1, 1, 1))
+
+
+def cubes(path, *nodes, mode=4, accessor=None, **changes):
+    """Write a GLB of a cube of 1 m, its low corner at the origin, which all of some nodes show."""
+    triangles = np.array([(f[0], f[k], f[k + 1]) for f in CUBE.faces for k in (1, 2)], dtype="<u4")
+    corners = np.asarray(CUBE.vertices)[:, [0, 2, 1]] * [1, 1, -1]  # y is up
+    data = corners.astype("<f4").tobytes() + triangles.tobytes()
+    primitive = {"attributes": {"POSITION": 0}, "indices": 1, "mode": mode}
+    content = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [*range(len(nodes))]}],
+        "nodes": [{"mesh": 0} | node for node in nodes], "meshes": [{"name": "cube", "primitives": [primitive]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 8, "type": "VEC3"} | (accessor or {}),
+            {"bufferView": 1, "componentType": 5125, "count": 36, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 96}, {"buffer": 0, "byteOffset": 96, "byteLength": 144},
+        ],
+        "buffers": [{"byteLength": 240}],
+    }  # fmt: skip
+    path.write_bytes(glb(content | changes, data))
+    return path
+
+
+def places(path, supports=(0,)):
+    """Names of the blocks of a file, and where their low corners are along x."""
+    return [(b.name, round(float(np.min(b.vertices[:, 0])), 6)) for b in mesh_parts(path, supports=supports).blocks]
+
+
+def test_blocks_of_a_glb_are_in_the_order_of_its_nodes(tmp_path):
+    nodes = [{"name": name, "translation": [2 * k, 0, 0]} for k, name in enumerate(("c", "a", "b"))]
+    path = cubes(tmp_path / "row.glb", *nodes)
+    assert places(path) == [("c", 0), ("a", 2), ("b", 4)]
+    cubes(path, *nodes, scenes=[{"nodes": [2, 0, 1]}])  # the order in which a scene lists them is none
+    assert places(path) == [("c", 0), ("a", 2), ("b", 4)]
+    twelve = [{"name": str(12 - k), "translation": [k, 0, 0]} for k in range(12)]
+    assert places(cubes(path, *twelve)) == [(str(12 - k), k) for k in range(12)]
+
+
+def test_names_that_nodes_of_a_glb_share_are_numbered_and_told(tmp_path):
+    nodes = [{"name": name, "translation": [2 * k, 0, 0]} for k, name in enumerate(("stone", "cap", "stone"))]
+    path = cubes(tmp_path / "row.glb", *nodes)
+    with pytest.warns(InputWarning, match=r'several blocks share a name \("stone"\)'):
+        assert places(path) == [("stone.0", 0), ("cap", 2), ("stone.1", 4)]
+    with pytest.raises(InputError, match='2 blocks are named "stone"; give their indices'):
+        places(path, supports=["stone"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"extensionsRequired": ["KHR_mesh_quantization", "KHR_materials_unlit"]},
+            "it needs KHR_mesh_quantization; of extensions, it may need those of materials, textures and lights",
+        ),
+        ({"extensionsRequired": ["EXT_mesh_gpu_instancing"]}, "it needs EXT_mesh_gpu_instancing; of extensions"),
+        ({"accessor": {"normalized": True}}, 'mesh "cube": its corners are stored as normalized numbers'),
+        ({"accessor": {"sparse": {"count": 1}}}, 'mesh "cube": its corners are stored as sparse numbers'),
+        *(({"mode": mode}, f'mesh "cube": it is drawn in mode {mode}; only triangles') for mode in (0, 1, 2, 3, 6)),
+    ],
+)
+def test_what_of_a_glb_would_be_left_out_is_refused(tmp_path, changes, words):
+    path = cubes(tmp_path / "c.glb", {"name": "a"}, {"name": "b"}, **changes)
+    with pytest.raises(InputError, match=words):
         mesh_parts(path, supports=[0])
+
+
+def test_copies_that_a_node_of_a_glb_stands_for_are_refused(tmp_path):
+    copied = {"name": "row", "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}}
+    path = cubes(tmp_path / "c.glb", {"name": "a"}, copied, extensionsUsed=["EXT_mesh_gpu_instancing"])
+    with pytest.raises(
+        InputError, match=r'^object "row": it stands for copies \(EXT_mesh_gpu_instancing\); export each'
+    ):
+        mesh_parts(path, supports=[0])
+
+
+def test_extensions_that_change_no_corner_and_odd_extras_are_read_over(tmp_path):
+    harmless = ["KHR_materials_unlit", "KHR_texture_transform", "KHR_lights_punctual", "EXT_texture_webp"]
+    assert places(cubes(tmp_path / "c.glb", {"name": "a"}, extensionsRequired=harmless)) == [("a", 0)]
+    for extras in ("text", {"extras": "text"}, ["text"]):
+        path = cubes(tmp_path / "c.glb", {"name": "a", "extras": "text"})
+        raw = path.read_bytes()
+        content = json.loads(raw[20 : 20 + int.from_bytes(raw[12:16], "little")])
+        content["meshes"][0]["extras"] = extras
+        path.write_bytes(glb(content, raw[-240:]))
+        assert places(path) == [("a", 0)]
+
+
+def stl(*solids):
+    """Text of an STL: a name, and where the low corner of a cube of 1 m is along x."""
+    lines = []
+    for name, x in solids:
+        corners = np.asarray(CUBE.vertices) + [x, 0, 0]
+        lines.append(f"solid {name}".rstrip())
+        for face in CUBE.faces:
+            for own in ((face[0], face[k], face[k + 1]) for k in (1, 2)):
+                points = [f"vertex {' '.join(map(str, corners[c].tolist()))}" for c in own]
+                lines += ["facet normal 0 0 0", "outer loop", *points, "endloop", "endfacet"]
+        lines.append(f"endsolid {name}".rstrip())
+    return "\n".join(lines) + "\n"
+
+
+def test_solids_of_an_stl_as_text_are_called_as_their_lines_say(tmp_path):
+    path = tmp_path / "row.stl"
+    for names in (("solid a", "wall", "b solid"), ("Mur \u00e9", "endsolid", "vertex 1"), ("10", "2", "1")):
+        path.write_text(stl(*zip(names, (0, 2, 4), strict=True)), encoding="utf-8")
+        assert places(path) == list(zip(names, (0, 2, 4), strict=True))
+    path.write_text("\ufeff" + stl(("", 0), ("b", 2), ("", 4)).replace("solid", "  SOLID"), encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8").replace("end  SOLID", "\tENDSOLID"), encoding="utf-8")
+    assert places(path) == [("row.0", 0), ("b", 2), ("row.2", 4)]
+    for name, label in (("", "row"), ("a wall", "a wall")):
+        path.write_text(stl((name, 3)))
+        assert places(path) == [(label, 3)]
+    path.write_text(stl(("a", 0), ("a", 2)))
+    with pytest.warns(InputWarning, match=r'several blocks share a name \("a"\)'):
+        assert places(path) == [("a.0", 0), ("a.1", 2)]
+
+
+def test_an_stl_as_text_that_is_cut_short_is_refused(tmp_path):
+    whole = stl(("a", 0), ("b", 2), ("c", 4))
+    lines = whole.splitlines(keepends=True)
+    path = tmp_path / "cut.stl"
+    for left in (lines[:-1], lines[:-10], lines[: 2 * len(lines) // 3 + 1]):
+        path.write_text("".join(left))
+        with pytest.raises(
+            InputError, match=r'cut\.stl: it is cut short: 3 lines begin with "solid" and 2 with "endsolid"'
+        ):
+            read(path, supports=[0])
+    stones = tmp_path / "stones"
+    stones.mkdir()
+    (stones / "one.stl").write_text("".join(lines[:30]))
+    with pytest.raises(InputError, match=r'one\.stl: it is cut short: 1 lines begin with "solid" and 0 with "end'):
+        read(stones, supports=[0])
 
 
 def test_what_a_glb_needs_is_said_in_its_first_part_and_not_in_its_numbers(tmp_path):
@@ -628,6 +816,12 @@ def test_what_is_no_surface_is_refused_with_its_file(tmp_path):
         read_surface(obj(tmp_path, "v 0 0"))
     with pytest.raises(InputError, match=r"made\.obj: its corners must be finite"):
         read_surface(obj(tmp_path, "v 0 0 nan", "v 1 0 0", "v 0 1 0", "f 1 2 3"))
+    with pytest.raises(
+        InputError, match=r"made\.obj: all corners of its faces are at one place; a surface must extend"
+    ):
+        read_surface(obj(tmp_path, "v 5 5 5", "v 5 5 5", "v 5 5 5", "f 1 2 3"))
+    with pytest.raises(InputError, match=r"made\.obj: no face has three corners that are apart"):
+        read_surface(obj(tmp_path, "v 0 0 0", "v 1 0 0", "v 1 0 0", "f 1 2 3"))
     junk = tmp_path / "junk.ply"
     junk.write_bytes(b"no mesh")
     with pytest.raises(InputError, match=r"junk\.ply: cannot be read as a mesh"):

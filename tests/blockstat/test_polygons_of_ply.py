@@ -1,12 +1,24 @@
-"""PLY files of polygons, files of nothing, and what a format of triangles does not keep."""
+"""PLY files of polygons, files of nothing, and what formats do not keep."""
 
+import re
 import struct
 import warnings
 
 import numpy as np
 import pytest
 
-from blockstat import InputError, InputWarning, load_scene, read, write
+from blockstat import (
+    Assembly,
+    InputError,
+    InputWarning,
+    JointLaw,
+    Tie,
+    assess,
+    load_scene,
+    read,
+    write,
+    write_verdict,
+)
 from blockstat.io.surface import read_surface
 from evidence.scenes.small import assembly, box, prism
 
@@ -146,13 +158,71 @@ def test_a_mesh_that_cannot_be_read_says_why_in_words(tmp_path, name, data, word
 def test_what_a_format_of_triangles_does_not_keep_is_said(tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
     named = assembly([box((0, 0, 0), (1, 1, 1), name="base"), box((0, 0, 1), (1, 1, 2))])
-    text = rf"a\{suffix}: \{suffix} does not keep supports and names of blocks; \.obj, \.glb and \.json do$"
+    text = rf"a\{suffix}: \{suffix} does not keep supports, names of blocks, densities and gravity; "
+    text += r"\.obj, \.glb and \.json do$"
     with pytest.warns(InputWarning, match=text):
         write(named, path)
     plain = assembly([box((0, 0, 0), (1, 1, 1)), box((0, 0, 1), (1, 1, 2))])
-    with pytest.warns(InputWarning, match="does not keep supports;"):
+    with pytest.warns(InputWarning, match="does not keep supports, densities and gravity;"):
         write(plain, path)
+    standard = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))], supports=[0])
+    with pytest.warns(InputWarning, match="does not keep supports;"):
+        write(standard, path, up="y")
+    grouped = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1), group="wall")], friction=0.5)
+    with pytest.warns(InputWarning, match="does not keep groups and friction;"):
+        write(grouped, path)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for other in ("a.obj", "a.glb", "a.json"):
             write(named, tmp_path / other)
+
+
+@pytest.mark.parametrize(
+    ("name", "format", "place"),
+    [
+        ("a.obj", None, r"\.obj"),
+        ("a.glb", None, r"\.glb"),
+        ("a.json", "compas-assembly", r"compas-assembly in \.json"),
+        ("a.json", "compas-model", r"compas-model in \.json"),
+    ],
+)
+def test_ties_laws_and_load_cases_that_a_format_has_no_place_for_are_said(tmp_path, name, format, place):
+    blocks = [box((0, 0, 0), (1, 1, 1), name="base", group="g"), box((0, 0, 1), (1, 1, 2), name="top", density=7.0)]
+    parameters = {"parameters": {"height": 1.0}, "material": {"glue": 10.0}, "loads": {}}
+    bare = assembly(blocks, friction=0.5, metadata=parameters)
+    rod = Tie(("base", "top"), ((0.5, 0.5, 0.5), (0.5, 0.5, 1.5)), greatest=1.0)
+    whole = bare.with_(
+        joints=[JointLaw(("g", "*"), cohesion=1.0)], ties=[rod], metadata={**parameters, "cases": {"a": {}}, "by": "me"}
+    )
+    with pytest.warns(InputWarning) as told:
+        write(whole, tmp_path / name, format=format)
+    text = rf"{name}: {place} does not keep joint laws, ties and metadata \(cases, by\); only a native \.json does$"
+    assert [re.search(text, str(one.message)) is not None for one in told] == [True]
+    assert told[0].filename == __file__
+    with pytest.warns(InputWarning, match=rf"{place} does not keep ties; only a native"):
+        write(bare.with_(ties=[rod]), tmp_path / name, format=format)
+    with pytest.warns(InputWarning, match=rf"{place} does not keep metadata \(grid, many\); only a native"):
+        write(bare.with_(metadata={"grid": np.ones(2), "many": False}), tmp_path / name, format=format)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        write(bare, tmp_path / name, format=format)
+        write(whole, tmp_path / "whole.json")
+
+
+@pytest.mark.parametrize("format", ["ply", "stl"])
+def test_what_a_directory_does_not_keep_is_said(tmp_path, format):
+    blocks = [box((0, 0, 0), (1, 1, 1), name="base", group="g"), box((0, 0, 1), (1, 1, 2), name="top")]
+    found = Assembly.from_blocks(blocks, supports=["base"], friction=0.5, density=7.0)
+    text = "stones: a directory does not keep supports, densities and friction; .obj, .glb and .json do"
+    with pytest.warns(InputWarning, match=f"{text}$"):
+        write(found, tmp_path / "stones", format=format)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        write(Assembly.from_blocks(blocks), tmp_path / "again", format=format)
+
+
+def test_a_verdict_for_compas_says_what_it_does_not_keep(tmp_path):
+    tower = assembly([box((0, 0, 0), (1, 1, 1), name="base"), box((0, 0, 1), (1, 1, 2), name="top")])
+    verdict = assess(tower.with_(joints=[JointLaw(("*", "*"), friction=0.6)]))
+    with pytest.warns(InputWarning, match=r"compas-model in \.json does not keep joint laws; only a native"):
+        write_verdict(verdict, tmp_path / "v.json", format="compas-model")

@@ -169,6 +169,32 @@ def test_a_block_inside_out_is_turned_and_a_cavity_is_not():
     assert report.changes[0].turned == 12
 
 
+@pytest.mark.filterwarnings("ignore:1 blocks hold separate solids")
+@pytest.mark.parametrize(
+    "spoilt", [[7], [7, 8, 11], [2], [2, 9], [*range(6)], [*range(6, 12)], [*range(6), 8], [8, 13]]
+)
+def test_a_cavity_whose_faces_are_turned_stays_a_cavity_and_a_stone_in_it_is_solid(spoilt):
+    """A cube of 5 m with a cavity of 3 m, in which a cube of 1 m lies loose."""
+    cubes = [box((0, 0, 0), (5, 5, 5)), box((1, 1, 1), (4, 4, 4)), box((2, 2, 2), (3, 3, 3))]
+    faces = [[8 * k + c for c in (face[::-1] if k == 1 else face)] for k in range(3) for face in cubes[k].faces]
+    faces = [face[::-1] if number in spoilt else face for number, face in enumerate(faces)]
+    block = Block(np.vstack([cube.vertices for cube in cubes]), faces, "hollow")
+    sound, report = repair([block], supports=[0])
+    assert sound.volume[0] == pytest.approx(5**3 - 3**3 + 1)
+    assert report.changes[0].turned == len(spoilt)
+
+
+@pytest.mark.filterwarnings("ignore:1 blocks hold separate solids")
+def test_a_surface_in_the_notch_of_another_is_no_cavity():
+    """A cube inside the box around an L, and outside the L."""
+    around, cube = prism([(0, 0), (5, 0), (5, 5), (4, 5), (4, 1), (0, 1)], 3.0), box((1, 2, 1), (2, 3, 2))
+    around.vertices[:] = around.vertices - around.vertices.min(axis=0)
+    faces = [*around.faces, *([len(around.vertices) + c for c in face] for face in cube.faces)]
+    faces[-1] = faces[-1][::-1]
+    sound, _ = repair([Block(np.vstack([around.vertices, cube.vertices]), faces, "pair")], supports=[0])
+    assert sound.volume[0] == pytest.approx(9 * 3 + 1)
+
+
 def test_faces_far_from_flat_are_left_and_said():
     bent = box((0.0, 0, 0), (1, 1, 1), name="bent")
     bent.vertices[6] += [0, 0, 0.2]

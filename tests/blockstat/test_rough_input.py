@@ -1,6 +1,7 @@
 """Input that real files and slips of the pen bring."""
 
 import json
+import warnings
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Assembly, Block, InputError, InputWarning, Outcome, assess, load_scene, read, search, write
 from blockstat.spec import scene_from
-from evidence.scenes.small import HUT, arch, assembly, box, hexahedron, stack
+from evidence.scenes.small import HUT, arch, assembly, box, hexahedron, prism, stack
 
 
 def leaning_plank(under=0.5):
@@ -110,6 +111,41 @@ def test_separate_solids_in_one_object_are_mentioned_and_nameless_ones_are_block
     joined.write_text("\n".join(line for line in lines if line != "o stone1") + "  # a comment\n")
     with pytest.warns(InputWarning, match=r'1 blocks hold separate solids that move as one \(the first is "stone0"\)'):
         assert read(joined, supports=["ground"]).n_blocks == 2
+
+
+def touching(*places):
+    """Two cubes as one block, which share the corners where they touch."""
+    cubes = [box(low, np.add(low, 1)) for low in places]
+    corners = sorted({tuple(map(float, corner)) for cube in cubes for corner in cube.vertices})
+    faces = []
+    for cube in cubes:
+        own = [corners.index(tuple(map(float, corner))) for corner in cube.vertices]
+        faces += [[own[corner] for corner in face] for face in cube.faces]
+    return Block(corners, faces, "pair")
+
+
+@pytest.mark.parametrize("second", [(1, 0, 0), (1, 1, 0)], ids=["a face", "an edge"])
+def test_solids_of_one_block_that_touch_are_mentioned(second, tmp_path):
+    import trimesh
+
+    pair = touching((0, 0, 0), second)
+    text = r'1 blocks hold separate solids that move as one \(the first is "pair"\)'
+    with pytest.warns(InputWarning, match=text):
+        assert Assembly.from_blocks([pair], supports=[0]).volume[0] == pytest.approx(2.0)
+    triangles = [(face[0], face[k], face[k + 1]) for k in (1, 2) for face in pair.faces]
+    whole = trimesh.Trimesh(pair.vertices, triangles, process=False)  # neither cube closes before the other begins
+    trimesh.Scene({"pair": whole}).export(tmp_path / "pair.glb")
+    whole.export(tmp_path / "pair.stl")
+    for suffix in (".glb", ".stl"):
+        with pytest.warns(InputWarning, match=text):
+            assert read(tmp_path / f"pair{suffix}", supports=[0]).n_blocks == 1
+
+
+def test_one_solid_with_a_notch_is_not_mentioned_as_several():
+    notched = prism([(0, 0), (2, 0), (2, 2), (1, 2), (1, 1), (0, 1)], 1.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Assembly.from_blocks([notched], supports=[0])
 
 
 def test_the_only_object_of_a_file_is_all_its_solids(tmp_path):

@@ -100,6 +100,23 @@ def test_a_block_comes_up_or_down_a_slope_where_it_is_shut_in_on_all_other_sides
     assert np.abs(found.plan.metadata["insertion"]["one"]) == pytest.approx(np.array([2, 0, 1]) / np.sqrt(5))
 
 
+def test_a_direction_that_only_a_neighbour_suggests_stays_in_the_plan_when_the_neighbour_is_gone():
+    """Under a canopy and between walls a stone comes in along its sloping top, over the low wall on one side.
+
+    The slope is that of the joint with its cap. The cap is taken off first, and no joint has the slope then.
+    """
+    blocks = [box((-9, -9, -1), (9, 9, 0), name="ground"), box((-1, -2, 4), (2, 3, 5), name="canopy")]
+    blocks += [box((-9, y, 0), (9, y + 1, 8), name=name) for y, name in ((-1.5, "front"), (1.5, "back"))]
+    blocks += [box((-8, -0.5, 0), (-7, 1.5, 8), name="high"), box((6, -0.5, 0), (7, 1.5, 0.9), name="low")]
+    stone = prism([(0, 0), (1, 0), (1, 1.2), (0, 1)], "stone")
+    cap = prism([(0, 1), (1, 1.2), (1, 1.7), (0, 1.5)], "cap")
+    found = found_with_insertion([*blocks, stone, cap], [block.name for block in blocks])
+    assert placed(found) == ["stone", "cap"]
+    ways = found.plan.metadata["insertion"]
+    assert ways["stone"] == pytest.approx(np.array([-1, 0, -0.2]) / np.sqrt(1.04))
+    assert set(ways) == {"stone", "cap"}
+
+
 def closed_room(side):
     """A cube in a box of six walls that are so far from it on all sides but below."""
     low, high = -side, 1 + side
@@ -292,6 +309,53 @@ def test_an_assembly_that_falls_when_finished_has_no_order():
     assert set(found.moving) <= {f"s{k}" for k in range(7)}
     assert "every way has been tried" not in said
     assert safest_order(arch(), held_at_most=2, friction=0.2).least_friction is None
+
+
+def test_an_interrupt_before_the_finished_assembly_is_judged_says_nothing_of_it(monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Whole, "assess", interrupted)
+    found = find_order(arch(), held_at_most=2, friction=0.2)  # it would fall
+    assert (found.outcome.word, found.finished, found.summary()["finished"]) == ("stopped", None, None)
+    assert "The finished assembly itself, with which every order ends, was not judged." in found.explain()
+    monkeypatch.undo()
+    assert find_order(arch(), held_at_most=2, seconds=0.0).finished is Outcome.STABLE
+
+
+def test_blocks_that_hardly_move_are_at_rest_only_where_the_others_fall_without_them(monkeypatch):
+    """The arm falls off its base, which a mechanism moves by 1e-10 of that; noise, unless the check says otherwise."""
+    assess, assembly = Whole.assess, tee()
+    base, left = (assembly.names.index(name) for name in ("base", "left"))
+
+    def with_noise(self, *state, **options):
+        verdict = assess(self, *state, **options)
+        mechanism = verdict.mechanism.copy()
+        mechanism[base, 2] += 1e-10
+        return replace(verdict, mechanism=mechanism)
+
+    monkeypatch.setattr(Whole, "assess", with_noise)
+    state = (1 << base | 1 << left, 0)
+    found = search.Search(Whole(assembly), 1, "associated")._outcome(state)
+    assert (found["moving"], found["complete"]) == ([left], True)
+    monkeypatch.setattr(Whole, "falls_by", lambda *_: False)
+    found = search.Search(Whole(assembly), 1, "associated")._outcome(state)
+    assert (found["moving"], found["complete"]) == ([left, base], False)
+
+
+def test_a_motion_proves_a_fall_where_no_joint_closes_and_its_weight_does_work():
+    """The arm has its centroid .1 beyond the edge of its base: about that edge it falls, and the base cannot sink."""
+    assembly = tee()
+    whole, (base, left) = Whole(assembly), (assembly.names.index(name) for name in ("base", "left"))
+    state = whole.state_of(["base", "left"], [], "state")
+    motion = np.zeros((assembly.n_blocks, 6))
+    motion[left, 4] = -1.0
+    motion[left, :3] = np.cross(motion[left, 3:], assembly.centroid[left] - (-0.5, 0.5, 0.25))
+    assert motion[left, 2] == pytest.approx(-0.1)
+    assert whole.falls_by(motion, *state)
+    assert not whole.falls_by(-motion, *state)
+    motion[base, 2] = -1.0
+    assert not whole.falls_by(motion, *state)
 
 
 def test_the_command_writes_the_safest_order(tmp_path):

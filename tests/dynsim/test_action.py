@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from blockstat import InputError
 from dynsim import Settings, simulate
 from evidence.scenes.small import assembly, box
 
@@ -40,3 +41,21 @@ def test_a_push_accelerates_a_sliding_block(each_step, length):
     np.testing.assert_allclose(run.since_release[late, 1, 0], expected, rtol=0.03)
     assert push.times[0] < 0
     assert len(push.times) == pytest.approx((1.0 + Settings().settle) / 0.02 * (20 if each_step else 1), rel=0.02)
+
+
+class Burst:
+    """Gives block 1 a velocity that no number can hold."""
+
+    each_step = False
+
+    def begin(self, world):
+        pass
+
+    def act(self, world, time):
+        world.set_velocity(1, np.array([np.inf, 0, 0]), np.zeros(3))
+
+
+def test_a_block_that_bullet_loses_is_named_and_costs_its_own_verdict_alone():
+    asm = assembly([box((-9, -9, -1), (9, 9, 0)), box((-0.5, -0.5, 0), (0.5, 0.5, 0.2), name="slab")])
+    with pytest.raises(InputError, match='block "slab" was lost in the simulation'):
+        simulate(asm, actions=[Burst()])

@@ -68,6 +68,16 @@ def test_cohesion_below_friction_times_tension_cuts_the_tension(share, outcome):
     assert verify(bell(friction=0.4, joints=[law])).outcome is outcome
 
 
+@pytest.mark.parametrize(("friction", "tension"), [(0.3, 7.0), (0.4, 0.1), (0.4, 3.0), (0.6, 7.0)])
+def test_a_cohesion_of_friction_times_tension_is_one_that_bullet_can_hold(friction, tension):
+    # c / mu is T but for rounding, here upwards.
+    law = {"tension": tension, "cohesion": friction * tension}
+    assert len(bonds_of(bell(friction=friction, joints=[JointLaw(("rock", "bell"), **law)]))) == 1
+    more = JointLaw(("rock", "bell"), tension=tension, cohesion=1.000001 * friction * tension)
+    with pytest.raises(InputError, match="cohesion is"):
+        bonds_of(bell(friction=friction, joints=[more]))
+
+
 @pytest.mark.parametrize(
     ("law", "words"),
     [

@@ -47,11 +47,11 @@ def ring(gap: float):
     return scene.with_(vertices=vertices)
 
 
-def short_of_its_ridges():
-    """A box 6 mm above the two ridges it is to lie on: no faces that could be brought into one plane."""
+def short_of_its_ridges(rise=6e-3):
+    """A box above the two ridges it is to lie on: no faces that could be brought into one plane."""
     scene = two_ridges(0.0, 0.8, (1, 0)).scene
     vertices = scene.vertices.copy()
-    vertices[scene.vertex_start[2] :] += (0, 0, 6e-3)
+    vertices[scene.vertex_start[2] :] += (0, 0, rise)
     return scene.with_(vertices=vertices)
 
 
@@ -126,6 +126,23 @@ def test_what_cannot_be_closed_is_refused_by_name_with_the_size_of_the_gap():
     row = compare(scene, jobs=1)[0]
     assert row.dynamic is None
     assert "do not meet" in row.note
+
+
+def test_a_block_that_hangs_on_joints_which_no_corner_can_close_is_not_held():
+    # Ridges 40 mm below: joints to statics that were asked for such gaps, and none to a search with the default gap.
+    scene = short_of_its_ridges(40e-3)
+    with pytest.raises(
+        InputError, match=r'"ridge0" and "box" do not meet .* by 40 mm.* nothing would hold "box"; draw'
+    ):
+        closed_scene(scene, find_interfaces(scene, gap=0.1))
+
+
+def test_a_block_without_any_joint_falls_and_is_no_reason_to_refuse_the_others():
+    scene = stack(3, 2e-3)
+    blocks = [*(box(*np.sort(scene.block_vertices(k), axis=0)[[0, -1]]) for k in range(4)), box((2, 2, 2), (3, 3, 3))]
+    loose = assembly(blocks)
+    closed = closed_scene(loose, find_interfaces(loose))
+    assert (closed.closed, closed.left) == (3, 0)
 
 
 def test_what_a_chain_of_closed_joints_holds_is_simulated_as_drawn_and_said_to_be():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from dynsim import Settings, verify
+from dynsim import Removal, Settings, verify
 from dynsim.judge.cracks import find_cracks
-from evidence.scenes.small import assembly, box, stack
+from evidence.scenes.small import arch, assembly, box, stack
 
 
 def still(asm):
@@ -65,3 +65,15 @@ def test_a_verdict_tells_its_cracks():
     assert "Cracks:" in verdict.explain()
     assert str(verdict) == verdict.explain()
     assert "Cracks:" in verdict._repr_html_()
+
+
+def test_joints_of_blocks_that_were_taken_out_are_gone_and_not_cracked():
+    asm = pillar()
+    moved, turned = still(asm)
+    moved[2] = [0.5, 0.0, -1.0]  # what lay on the block falls
+    assert find_cracks(asm, still(asm), (moved, turned)).n_cracks == 1
+    assert len(find_cracks(asm, still(asm), (moved, turned), removed=np.array([1])).pair) == 0
+    ring = arch(9, 0.2)
+    cracks = verify(ring, loads=[Removal("voussoir4")], settings=Settings.named("fast")).cracks
+    assert cracks.n_cracks >= 1
+    assert not (cracks.pair == ring.names.index("voussoir4")).any()

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from blockstat import Assembly, Block, assess, box, find_interfaces
+from blockstat import Assembly, Block, InputError, assess, box, find_interfaces
 from blockstat.geometry.triangulation import triangulate
 from blockstat.model import assemble, dome, fan_vault, sail_vault
 from dynsim import verify
+from dynsim.engine import bodies
 from dynsim.engine.bodies import shapes
 from dynsim.engine.decompose import star_pieces
 
@@ -167,3 +168,10 @@ def test_a_dome_of_warped_blocks_stands_and_its_shapes_hardly_overlap():
     found = verify(warped_dome(1e-3))
     assert found.outcome.word == "stands"
     assert found.run.initial_overlap < 4e-3  # warped by 1e-3 m on either side
+
+
+def test_a_block_that_needs_coacd_says_what_to_install(monkeypatch):
+    monkeypatch.setattr(bodies, "convex_pieces", lambda *_, **__: None)
+    monkeypatch.setitem(sys.modules, "coacd", None)
+    with pytest.raises(InputError, match=r'needs the package coacd: pip install "blockstat\[dynamics\]"'):
+        shapes(Assembly.from_blocks([Block(BENT_CORNERS, BENT_FACES)]))

@@ -428,3 +428,28 @@ def test_what_all_runs_warn_of_is_told_once():
 def test_without_a_run_at_rest_there_is_no_analysis():
     with pytest.raises(InputError, match=r"its process ended by itself \(status 4\)"):
         incremental(STOCKY, PULSES, actions=[Warns("", dies=True)], **QUICK | {"jobs": 1})
+
+
+class Lasting:
+    """A load of a user's own that is there throughout."""
+
+    each_step, travel, end = False, 0.0, float("-inf")
+
+    def __init__(self, strength):
+        self.strength = strength
+
+    def begin(self, world):
+        pass
+
+    def act(self, world, time):
+        pass
+
+
+def test_what_a_load_is_made_of_tells_the_runs_under_it_from_others(tmp_path):
+    options = QUICK | {"up_to": 0.1, "jobs": 1}
+    pulses = {"weak": PULSES["pulse0"]}
+    first = incremental(STOCKY, pulses, directory=tmp_path, loads=[Lasting(1.0)], **options)
+    again = incremental(STOCKY, pulses, directory=tmp_path, loads=[Lasting(1.0)], **options)
+    assert told(again) == told(first)
+    with pytest.raises(InputError, match="these are runs of another scene"):
+        incremental(STOCKY, pulses, directory=tmp_path, loads=[Lasting(2.0)], **options)

@@ -11,6 +11,7 @@ from blockstat import Assembly, Block, InputError
 from dynsim import (
     Constant,
     DynamicOutcome,
+    InertiaScale,
     Pulse,
     Push,
     Ramp,
@@ -19,6 +20,7 @@ from dynsim import (
     Settings,
     Settlement,
     Tilt,
+    World,
     read_record,
     simulate,
     verify,
@@ -87,6 +89,25 @@ def test_a_block_slides_under_a_pulse_as_newmark_says():
     np.testing.assert_allclose(verdict.displacement[1], [0, -expected, 0], atol=0.01 * expected)
 
 
+SHORT = 3e-4  #: [s], less than a time step
+
+
+@pytest.mark.parametrize(
+    ("ground", "share"),
+    [
+        (Pulse((1 / SHORT, 0, 0), SHORT, start=0.1003), 1.0),
+        (Pulse((1 / SHORT, 0, 0), SHORT, "triangle", start=0.1006), 1 / 2),
+        (Pulse((1 / SHORT, 0, 0), SHORT, "half-sine", start=0.1009), 2 / np.pi),
+        (Record([0.1, 0.1 + SHORT / 2, 0.1 + SHORT], [[0, 0, 0], [1 / SHORT, 0, 0], [0, 0, 0]]), 1 / 2),
+    ],
+)
+def test_a_pulse_shorter_than_a_time_step_is_an_impulse(ground, share):
+    # The block has the velocity of the ground before it, here `share` of 1 m/s, and slides by v^2 / (2 mu g).
+    verdict = verify(slider(0.2), loads=[ground], settings=FAR)
+    expected = share**2 / (2 * 0.2 * G)
+    np.testing.assert_allclose(verdict.displacement[1], [-expected, 0, 0], atol=0.02 * expected)
+
+
 def test_a_block_slides_under_a_record_with_vertical_motion(tmp_path):
     # The sliding equation integrated by another method; the record goes through its file.
     times = np.arange(0, 1.5, 0.01)
@@ -153,6 +174,23 @@ def test_a_block_rides_on_a_support_that_moves():
     assert load.end == pytest.approx(0.1 + 0.35 / 0.05)
     verdict = verify(asm, loads=[load])
     np.testing.assert_allclose(verdict.displacement[1], path[-1], atol=1e-3)
+
+
+def test_a_block_lags_behind_its_support_by_what_friction_takes_to_bring_it_up_to_speed():
+    # v^2 / (2 mu g), less half the way of a time step, which has the velocity at its end.
+    asm, speed = stack(1, 0.3, 0.3, friction=0.4, gravity=DOWN), 0.1
+    run = simulate(asm, loads=[Settlement("ground", (0.1, 0, 0), speed)], settings=Settings(end=0.5))
+    late = (run.times > 0.1) & (run.times < 0.4)
+    lag = speed * run.times[late] - run.since_release[late, 1, 0]
+    step = run.time_step / np.sqrt(0.3 / asm.size[1])
+    np.testing.assert_allclose(lag, speed**2 / (2 * 0.4 * G) - speed * step / 2, rtol=2e-3)
+
+
+def test_a_support_has_the_velocity_that_it_is_given_whatever_gravity_is():
+    asm = stack(1, 1.0, 0.5, gravity=(2.0, 0, -G))
+    with World(asm, Settings(), [Settlement("ground", (0.1, 0, 0), 0.05)]) as world:
+        world.advance(0.1)
+        np.testing.assert_allclose(world.velocities()[0][0], [0.05, 0, 0], atol=1e-9)
 
 
 def test_settlements_of_one_support_add_up():
@@ -231,6 +269,43 @@ def test_an_impulse_off_the_centre_spins_a_free_block(length):
     np.testing.assert_allclose(moved[:2], [0.1, 0.2], rtol=1e-3)
 
 
+def test_an_impulse_spins_a_block_of_scaled_inertia_less_and_its_energy_is_that_of_the_spin():
+    # w = J^-1 (r x p) / s, and the energy m v^2 / 2 + (r x p) J^-1 (r x p) / (2 s).
+    asm, scale = assembly([box((-5, -5, -60), (5, 5, -50)), box((0, 0, 0), (1, 2, 3))], gravity=DOWN), 4.0
+    impulse, arm = asm.mass[1] * np.array([1.0, 2.0, -1.0]), np.array([0.5, 1.0, 1.5])
+    loads = [Push(1, impulse=impulse, point=asm.centroid[1] + arm)]
+    run = simulate(asm, settings=Settings(end=0.1), loads=loads, actions=[InertiaScale(scale)])
+    couple = np.cross(arm, impulse)
+    spin = np.linalg.solve(asm.inertia[1], couple) / scale
+    turned = Rotation.from_matrix(run.rotation[1, 1]).as_rotvec()
+    np.testing.assert_allclose(turned, spin * run.times[1], atol=0.03 * np.linalg.norm(turned))
+    velocity = impulse / asm.mass[1] + asm.gravity * run.times[1]
+    expected = (asm.mass[1] * velocity @ velocity + couple @ spin) / 2
+    assert run.kinetic[1] == pytest.approx(expected, rel=0.01)
+
+
+def test_a_block_that_is_let_go_keeps_the_scale_of_its_inertia():
+    asm = assembly([box((-5, -5, -60), (5, 5, -50)), box((0, 0, 0), (1, 2, 3))], gravity=DOWN)
+    with World(asm, Settings(), [InertiaScale(4.0)]) as world:
+        inertia = world._bullet.getDynamicsInfo(world._bodies[1], -1, physicsClientId=world._client)[2]
+        world.hold(1)
+        world.let_go(1)
+        assert world._bullet.getDynamicsInfo(world._bodies[1], -1, physicsClientId=world._client)[2] == inertia
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.9, 0.999])
+def test_damping_takes_its_share_of_a_second_whatever_the_time_step_becomes(kept):
+    # A block that falls freely: what is level of its velocity is left by (1 - d)^t.
+    asm = assembly([box((-5, -5, -60), (5, 5, -50)), box((0, 0, 0), (1, 1, 1))], gravity=DOWN)
+    with World(asm, Settings(time_step=2e-3), [Pulse((1e-9, 0, 0), 1.0, start=50.0)]) as world:
+        world.damp(1 - kept)
+        world.set_time_step(5e-4)
+        world.set_velocity(1, np.array([3.0, 0, 0]), np.zeros(3))
+        for _ in range(5):
+            world.advance()
+        assert world.velocities()[0][1, 0] == pytest.approx(3.0 * kept**0.1, rel=1e-3)
+
+
 def test_loads_leave_the_verdict_without_them_as_it_was():
     asm = arch(9, 0.2)
     plain, same = verify(asm), verify(asm, loads=[])
@@ -258,6 +333,17 @@ def test_loads_leave_the_verdict_without_them_as_it_was():
             lambda: verify(stack(2), loads=[Removal("stone0"), Removal("stone1", time=0.5)]),
             "removal: nothing that can move is left",
         ),
+        (
+            lambda: Constant((1, 0, np.nan)),
+            r"constant: load is \(1, 0, nan\); it must be an acceleration of three finite",
+        ),
+        (lambda: Constant((1, 0)), r"constant: load is \(1, 0\); it must be"),
+        (lambda: Constant([1, [0, 0]]), r"constant: load is \[1, \[0, 0\]\]; it must be"),
+        (
+            lambda: verify(stack(2), loads=[Constant(np.ones((2, 6)))]),
+            r"constant: load has shape \(2, 6\); it must be \(3,\) or \(3, 6\)",
+        ),
+        (lambda: verify(stack(2), loads=[Tilt((0, 1, 1), 5)]), r"tilt: axis is \[0.0, 1.0, 1.0\]; it must be at right"),
         (lambda: Push("a", velocity=("x", 0, 0)), r"push: velocity is \('x', 0, 0\); it must be three numbers"),
         (lambda: Push("a", velocity=((1, 0), 0, 0)), r"push: velocity is .*; it must be three numbers"),
         (lambda: verify(stack(2), loads=[Push("ground", velocity=(1, 0, 0))]), 'push: "ground" is a support'),

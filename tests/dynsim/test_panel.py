@@ -13,7 +13,8 @@ from blockstat.app.design import open_model
 from blockstat.app.words import Known
 from blockstat.result import millimetres
 from browser import CHAPEL, live
-from dynsim.panel import FallPanel, OptimisePanel
+from dynsim import verify
+from dynsim.panel import FallPanel, OptimisePanel, work
 from dynsim.panel.fall import criteria, side_by_side
 from dynsim.panel.optimise import KINDS, plotted
 from dynsim.panel.work import Fallen, Film, Found, Step, let_fall, optimise
@@ -60,6 +61,16 @@ def test_what_falls_is_shown_falling_further_than_its_verdict_needs():
         assert millimetres(limit) in text
 
 
+def test_what_turns_too_far_fails_a_criterion():
+    # A cube that a couple spins about the vertical, without friction: no centroid moves.
+    asm = stack(1, 0.3, 0.3, friction=0.0, gravity=(0, 0, -9.81))
+    wrench = np.zeros((2, 6))
+    wrench[1, 5] = 0.05 * 0.3 * 9.81 * asm.mass[1]
+    verdict = verify(asm, loads=wrench)
+    failed = [name for name, value, limit in criteria(verdict) if value >= limit]
+    assert (verdict.outcome.word, failed) == ("falls", ["a block, by turning"])
+
+
 def test_a_run_that_ends_before_its_film_leaves_the_verdict():
     panel = FallPanel()
     panel._worker = worker = Mock()
@@ -68,6 +79,7 @@ def test_a_run_that_ends_before_its_film_leaves_the_verdict():
     verdict = SimpleNamespace(
         outcome=SimpleNamespace(word="falls", value="it falls"), first_block="", group="", warnings=(),
         group_drop=1.0, max_drop=1.0, max_displacement=1.0, roof_threshold=0.1, brick_threshold=0.1,
+        max_turn=1.0, turn_threshold=0.1,
     )  # fmt: skip
     for end, words in (
         (panel.cancel, "Bullet was stopped."),
@@ -88,6 +100,7 @@ def test_the_words_of_bullet_are_shown_as_they_are_written_and_never_run():
     verdict = SimpleNamespace(
         outcome=SimpleNamespace(word="falls", value="it falls"), first_block=evil, group=evil, warnings=(evil,),
         group_drop=1.0, max_drop=1.0, max_displacement=1.0, roof_threshold=0.1, brick_threshold=0.1,
+        max_turn=1.0, turn_threshold=0.1,
     )  # fmt: skip
     text = side_by_side(Known(assess(stack(1))), Fallen(verdict, evil))
     assert "<img" not in text
@@ -111,6 +124,25 @@ def test_what_bullet_cannot_do_is_said():
     let_fall(told, assess(assembly.with_(support=np.ones(3, dtype=bool))))
     assert isinstance(told.messages[0], Refused)
     assert "nothing to simulate" in told.messages[0].message
+
+
+def test_a_search_asks_statics_for_the_resolution_and_says_why_bullet_differs(tmp_path, monkeypatch):
+    path, asked, told = tmp_path / "hut.toml", [], Told()
+    path.write_text(SMALL)
+    fallen = verify(leaning())
+
+    def falls(assembly, *, gap, interfaces=None, statics=False):
+        asked.append((interfaces is not None, statics))
+        return fallen
+
+    monkeypatch.setattr(work, "verify", falls)
+    monkeypatch.setattr(work, "likely_reason", lambda static, dynamic: f"{static.outcome.word}, {dynamic.outcome.word}")
+    model = open_model(path)
+    optimise(told, model, model.start, ["wall.thickness"])
+    notes = [message.candidate.note for message in told.messages if isinstance(message, Step)]
+    assert asked
+    assert set(asked) == {(True, True)}
+    assert notes.count("stable, falls") == len(asked)
 
 
 def test_a_search_tells_each_design_and_then_the_best(tmp_path):

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
@@ -54,6 +55,20 @@ def test_what_fails_ahead_is_found_where_it_is_asked_for():
     with SpeculativeRuns(pool_tasks.slow, jobs=1) as ahead:
         ahead.begin(60.0)
     assert time.monotonic() - start < 30
+
+
+def test_a_function_that_no_other_process_can_import_is_called_here():
+    found = []
+
+    def ask():
+        with SpeculativeRuns(lambda number: 10 * number, jobs=1) as ahead:
+            ahead.begin(4)
+            found.append(ahead(4))
+
+    asking = threading.Thread(target=ask, daemon=True)
+    asking.start()
+    asking.join(60.0)
+    assert found == [40]
 
 
 def test_loads_go_along_and_bad_designs_lose_their_row_only():

@@ -5,15 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from blockstat import Assembly, Plan, Prop, Step, Tie, assess, assess_plan, box, find_order, write, write_plan
 from blockstat.errors import InputError
+from blockstat.view.painter import visible
 from building_sites import arch, tee
 from dynsim import DynamicOutcome, Settings, World, read_run, sequence, verify, write_run
 from dynsim.bonds.props import PropForces
 from dynsim.cli.commands import app
 from dynsim.comparison.steps import compare_steps
+from dynsim.view import film
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +59,25 @@ def test_a_run_of_a_plan_is_written_and_read_with_the_times_of_its_blocks(one_si
     assert (np.diff(found.run.placed[:7]) > 0).all()
     for suffix in (".glb", ".png"):
         assert write_run(found.run, tmp_path / f"plan{suffix}").stat().st_size > 1000
+
+
+def test_a_picture_of_a_step_has_the_blocks_that_are_in_by_its_end(monkeypatch):
+    """Also where nothing is free at the end of a step; supports and the boundary are there from the beginning."""
+    shown = []
+
+    def seen(assembly, vertices, view, colour):
+        shown.append({name for name, paint in zip(assembly.names, colour, strict=True) if paint[3]})
+        return visible(assembly, vertices, view, colour)
+
+    monkeypatch.setattr(film, "visible", seen)
+    plan = Plan((Step(("left",), ("left",)), Step(("right",)), Step(("top",))), boundary=("base",))
+    run = sequence(tee(), plan).run
+    assert (np.diff(run.times) > 0).all()
+    painter, axes = film._Painter(run, np.arange(4)), Figure().add_subplot()
+    for frame in range(4):
+        painter.paint(axes, frame)
+    there = {"ground", "base"}
+    assert shown == [there, there | {"left"}, there | {"left", "right"}, there | {"left", "right", "top"}]
 
 
 PROPS = {

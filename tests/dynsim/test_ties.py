@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import dynsim
 from blockstat import Assembly, Tie, box
+from dynsim import Settings, World
+from dynsim.bonds.ties import TieForces
 
 WITHIN = 0.02  #: what Bullet is held to
 
@@ -65,3 +68,19 @@ def test_a_portal_stands_with_a_tie_and_falls_without_or_with_one_too_weak():
     assert dynsim.verify(portal(0.0, 0.09)[0]).outcome.word != "stands"
     assert dynsim.verify(portal(0.0, 0.13)[0]).outcome.word == "stands"
     assert dynsim.verify(portal(1.0, 1.0)[0]).outcome.word == "stands"
+
+
+def test_ties_begin_each_run_as_they_were_built():
+    """A tie that yields under twice its strength; in another run it pulls as before, bit by bit."""
+    tie = {"between": ("b0", "left"), "points": ((0, 0.5, 2), (-2, 0.5, 2)), "force": (0.0, 0.1)}
+    asm = block_on_ground(ties=[tie]).with_(gravity=(0.9 * 9.81, 0, -9.81))
+    ties, runs = TieForces(asm), []
+    for _ in range(2):
+        with World(asm, Settings(), [ties]) as world:
+            assert ties.force.tolist() == [0.0]
+            for _ in range(15):
+                world.advance()
+            runs.append((ties.force, *world.poses()))
+    assert runs[0][0] == pytest.approx(asm.ties[0].greatest)
+    for first, second in zip(*runs, strict=True):
+        np.testing.assert_array_equal(first, second)

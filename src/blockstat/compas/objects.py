@@ -12,9 +12,9 @@ Sources: `compas_assembly.datastructures.Assembly`, `compas_model.models.Model`,
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,8 +22,9 @@ import numpy as np
 from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY, Assembly, Block
 from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import Interfaces
-from blockstat.errors import InputError, known_options
-from blockstat.io.parts import chosen_supports
+from blockstat.errors import InputError, gathered, known_options
+from blockstat.io.names import distinct_names
+from blockstat.io.parts import chosen_supports, is_marked
 from blockstat.typing import Floats, Ints
 
 #: Kinds of joints by their number of points.
@@ -99,7 +100,7 @@ def _marks(attributes: dict[str, Any]) -> dict[str, Any]:
     return {
         "group": str(attributes.get("group") or ""),
         "density": attributes.get("density"),
-        "is_support": bool(attributes.get("is_support")),
+        "is_support": attributes.get("is_support"),
     }
 
 
@@ -111,7 +112,7 @@ def _marks_of_element(element: Any) -> dict[str, Any]:
     density = getattr(element.material, "density", None)
     support = getattr(element, "is_support", False)
     name = str(element._name or f"block{element.graphnode}")
-    return {"name": name, "group": ".".join(groups), "density": density, "is_support": bool(support)}
+    return {"name": name, "group": ".".join(groups), "density": density, "is_support": support}
 
 
 @known_options
@@ -178,21 +179,16 @@ def assembly_of(source: Source, *, supports: Iterable[int | str] | None = None, 
     blockstat.Assembly
         The blocks in the order of the source.
     """
-    names = _names(source)
-    marked = [i for i, mark in enumerate(source.marks) if mark["is_support"]]
-    chosen = chosen_supports(marked, supports, names, "the COMPAS object")
+    given = [mark["name"] for mark in source.marks]
+    marks = gathered(partial(is_marked, mark["name"], "is_support", mark["is_support"]) for mark in source.marks)
+    marked = [i for i, mark in enumerate(marks) if mark]
+    chosen = chosen_supports(marked, supports, given, "the COMPAS object")
+    names = distinct_names(given, chosen)
     blocks = []
     for mesh, mark, name in zip(source.meshes, source.marks, names, strict=True):
         vertices, faces = mesh.to_vertices_and_faces()
         blocks.append(Block(vertices, faces, name, mark["group"], mark["density"]))
     return Assembly.from_blocks(blocks, supports=chosen, name=str(source.made.name or "assembly"), **options)
-
-
-def _names(source: Source) -> list[str]:
-    """Names of the blocks; those that several share, as blocks made of a shape do, with the node."""
-    names = [mark["name"] for mark in source.marks]
-    count = Counter(names)
-    return [name if count[name] == 1 else f"{name}.{node}" for name, node in zip(names, source.nodes, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)

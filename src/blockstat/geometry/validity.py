@@ -34,11 +34,11 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
     Warns
     -----
     InputWarning
-        For a block that is several solids.
+        For a block that is several solids, apart or touching.
     """
     merged = merged_vertices(blocks)
-    _check_surface(blocks, names, merged)
-    _warn_of_several_solids(blocks, names, merged)
+    walked = _check_surface(blocks, names, merged)
+    _warn_of_several_solids(blocks, names, merged, walked)
     lower, upper = blocks.bounds
     diagonal = np.linalg.norm(upper - lower, axis=1)
     surface = np.bincount(blocks.face_block, blocks.planes.area, blocks.n_blocks)
@@ -56,8 +56,11 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
         raise InputError(*wrong)
 
 
-def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> None:
-    """Each edge must be walked once in each direction: twice one way is an inverted face, once alone a hole."""
+def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> np.ndarray:
+    """Each edge must be walked as often one way as the other: twice one way is an inverted face, once alone a hole.
+
+    Returns for each corner how often the edge to the next is walked its way.
+    """
     start = merged[blocks.face_vertices]
     end = start[next_in_face(blocks.face_start)]
     n = len(blocks.vertices)
@@ -70,7 +73,7 @@ def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) 
     own = count[np.searchsorted(values, forward)]
     wrong = np.flatnonzero(own != balance)
     if not len(wrong):
-        return
+        return own
     at = blocks.face_block[corner_face[wrong]]
     found = (_surface_fault(int(block), names, blocks, corner_face, wrong[at == block], own) for block in np.unique(at))
     raise InputError(*found)
@@ -93,7 +96,7 @@ def _surface_fault(
     )
 
 
-def _warn_of_several_solids(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> None:
+def _warn_of_several_solids(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray, walked: np.ndarray) -> None:
     """A block of separate solids moves as one rigid body, which is seldom what a mesh file means."""
     # Solids that touch share corners, so corners are told apart by their index where that closes the surface.
     tail = blocks.face_vertices
@@ -108,7 +111,10 @@ def _warn_of_several_solids(blocks: Polyhedra, names: Sequence[str], merged: np.
     count, label = connected_components(n, np.column_stack([tail, head]))
     owner = np.full(count, -1)
     owner[label[tail]] = block
-    several = np.flatnonzero(np.bincount(owner[owner >= 0], minlength=blocks.n_blocks) > 1)
+    apart = np.bincount(owner[owner >= 0], minlength=blocks.n_blocks) > 1
+    # Solids that touch along an edge, or with a face, share its corners, and each walks the edge both ways.
+    touching = np.bincount(block[walked > 1], minlength=blocks.n_blocks) > 0
+    several = np.flatnonzero(apart | touching)
     if len(several):
         text = f'{len(several)} blocks hold separate solids that move as one (the first is "{names[several[0]]}")'
         warnings.warn(InputWarning(text), stacklevel=4)

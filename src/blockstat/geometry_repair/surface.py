@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from blockstat.geometry.components import connected_components
-from blockstat.geometry.polyhedron import integrals
+from blockstat.geometry.polyhedron import integrals, next_in_face
 from blockstat.typing import Floats
 
 Faces = list[list[int]]
@@ -149,13 +149,30 @@ def to_turn(vertices: Floats, faces: Faces) -> list[bool]:
     Notes
     -----
     Faces that share an edge must walk it in opposite directions. A connected surface of which some faces disagree is
-    turned so that its volume is positive. Surfaces that agree within themselves (a cavity looks inwards) are left,
-    unless the volume of the whole block is negative.
+    turned so that its volume is positive, or negative where it lies inside another one of the block: it is a cavity.
+    Surfaces that agree within themselves are left, unless the volume of the whole block is negative, or there are
+    several, all closed: then each of them is turned as if some of its faces disagreed.
     """
     walked: dict[tuple[int, int], list[tuple[int, bool]]] = defaultdict(list)
     for number, face in enumerate(faces):
         for a, b in zip(face, face[1:] + face[:1], strict=True):
             walked[min(a, b), max(a, b)].append((number, a < b))
+    turn, surfaces = _agreeing(walked, len(faces))
+    closed = len(surfaces) > 1 and all(len(edge) == 2 for edge in walked.values())
+    doubtful = [k for k, own in enumerate(surfaces) if closed or any(turn[f] for f in own)]
+    cavities = _cavities(vertices, [[_turned(faces, turn, f) for f in own] for own in surfaces], doubtful)
+    for k in doubtful:
+        if (-1 if k in cavities else 1) * _volume(vertices, faces, turn, surfaces[k]) < 0:
+            turn |= {f: not turn[f] for f in surfaces[k]}
+    if faces and _volume(vertices, faces, turn, range(len(faces))) < 0:
+        turn = {face: not turned for face, turned in turn.items()}
+    return [turn[f] for f in range(len(faces))]
+
+
+def _agreeing(
+    walked: dict[tuple[int, int], list[tuple[int, bool]]], n_faces: int
+) -> tuple[dict[int, bool], list[list[int]]]:
+    """Which faces to turn so that those of each connected surface agree with its first, and these surfaces."""
     beside: dict[int, list[tuple[int, bool]]] = defaultdict(list)
     for edge in walked.values():
         if len(edge) == 2:
@@ -163,7 +180,8 @@ def to_turn(vertices: Floats, faces: Faces) -> list[bool]:
             beside[f].append((g, forward == again))
             beside[g].append((f, forward == again))
     turn: dict[int, bool] = {}
-    for start in range(len(faces)):
+    surfaces = []
+    for start in range(n_faces):
         if start in turn:
             continue
         turn[start], surface, front = False, [start], [start]
@@ -174,15 +192,44 @@ def to_turn(vertices: Floats, faces: Faces) -> list[bool]:
                     turn[other] = turn[face] != against
                     surface.append(other)
                     front.append(other)
-        if any(turn[f] for f in surface) and _volume(vertices, faces, turn, surface) < 0:
-            turn |= {f: not turn[f] for f in surface}
-    if faces and _volume(vertices, faces, turn, range(len(faces))) < 0:
-        turn = {face: not turned for face, turned in turn.items()}
-    return [turn[f] for f in range(len(faces))]
+        surfaces.append(surface)
+    return turn, surfaces
+
+
+def _cavities(vertices: Floats, surfaces: Sequence[Faces], asked: Sequence[int]) -> set[int]:
+    """Which of some surfaces lie inside an odd number of the others: a cavity does, a stone in a cavity does not."""
+    if not asked or len(surfaces) < 2:
+        return set()
+    corners = [vertices[np.unique(np.concatenate([np.asarray(face) for face in own]))] for own in surfaces]
+    lower = np.array([own.min(axis=0) for own in corners])
+    upper = np.array([own.max(axis=0) for own in corners])
+    found = set()
+    for k in asked:
+        larger = np.flatnonzero((lower < lower[k]).all(axis=1) & (upper > upper[k]).all(axis=1))
+        if sum(_encloses(vertices, surfaces[other], corners[k][0]) for other in larger.tolist()) % 2:
+            found.add(k)
+    return found
+
+
+def _encloses(vertices: Floats, faces: Faces, point: Floats) -> bool:
+    """Whether a surface of faces that agree goes round a point: it fills all directions seen from there, 4 pi."""
+    start = np.cumsum([0, *map(len, faces)])
+    a = vertices[np.concatenate([np.asarray(face) for face in faces])] - point
+    b = a[next_in_face(start)]
+    count = np.diff(start)
+    c = np.repeat(np.add.reduceat(a, start[:-1], axis=0) / count[:, None], count, axis=0)
+    la, lb, lc = (np.linalg.norm(arm, axis=1) for arm in (a, b, c))
+    ab, bc, ca = ((p * q).sum(axis=1) for p, q in ((a, b), (b, c), (c, a)))
+    angle = np.arctan2((a * np.cross(b, c)).sum(axis=1), la * lb * lc + ab * lc + bc * la + ca * lb)
+    return bool(abs(2.0 * angle.sum()) > 2.0 * np.pi)
+
+
+def _turned(faces: Faces, turn: dict[int, bool], face: int) -> list[int]:
+    return faces[face][::-1] if turn[face] else faces[face]
 
 
 def _volume(vertices: Floats, faces: Faces, turn: dict[int, bool], chosen: Sequence[int]) -> float:
-    lists = [faces[f][::-1] if turn[f] else faces[f] for f in chosen]
+    lists = [_turned(faces, turn, f) for f in chosen]
     start = np.concatenate([[0], np.cumsum([len(face) for face in lists])])
     corners = vertices[np.concatenate([np.asarray(face) for face in lists])]
     return float(integrals(corners, start, np.zeros(len(lists), dtype=np.int64), 1).volume[0])

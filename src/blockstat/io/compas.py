@@ -32,7 +32,7 @@ import numpy as np
 from blockstat.assembly import Block
 from blockstat.errors import InputError, InputWarning, gathered, some
 from blockstat.io.names import distinct_names
-from blockstat.io.parts import Parts, chosen_supports
+from blockstat.io.parts import Parts, chosen_supports, is_marked
 from blockstat.system.faults import faults
 from blockstat.typing import Floats
 
@@ -41,6 +41,7 @@ MODEL = "compas_model.models/Model"
 BLOCK_MODEL = "compas_dem.models/BlockModel"
 GROUP = "compas_model.elements/Group"
 MESH = "compas.datastructures/Mesh"
+EXACT = 1e-9  #: the last row of a matrix may be off by this, as inverses of COMPAS are
 
 
 class _Object(msgspec.Struct):
@@ -137,7 +138,8 @@ def compas_parts(data: dict[str, Any], name: str, *, supports: Iterable[int | st
     Raises
     ------
     InputError
-        Naming each block or key at fault, for a dtype that is not known, or without supports.
+        Naming each block or key at fault, for a dtype that is not known, a transformation that is none of solids (a
+        projection), a mark of a support that is no truth value, or without supports.
 
     Warns
     -----
@@ -265,7 +267,7 @@ def _solid(mesh: _Mesh, name: str, attributes: Mapping[str, Any], key: str) -> _
         raise InputError(*(f"{text}: {error}{some(keys)})" for error, keys in wrong.items()))
     vertices = np.array(points, dtype=float).reshape(-1, 3)
     block = Block(vertices, faces, name, str(attributes.get("group") or ""), attributes.get("density"))
-    return _Solid(block, bool(attributes.get("is_support")))
+    return _Solid(block, is_marked(name or key, "is_support", attributes.get("is_support")))
 
 
 def _placed(solid: _Solid, matrix: Floats, group: str) -> _Solid:
@@ -295,11 +297,13 @@ def _matrix(found: _Object | None, label: str) -> Floats:
             z = np.cross(x, y)
             matrix = np.eye(4)
             matrix[:3] = np.column_stack([x, np.cross(z / np.linalg.norm(z), x), z / np.linalg.norm(z), point])
-        if matrix.shape == (4, 4) and np.isfinite(matrix).all():
-            return matrix
     except (KeyError, TypeError, ValueError, OverflowError):
-        pass
-    raise InputError(f'{label}: a "{found.dtype}" is neither a 4 by 4 matrix nor a frame')
+        matrix = np.empty(0)
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+        raise InputError(f'{label}: a "{found.dtype}" is neither a 4 by 4 matrix nor a frame')
+    if not np.allclose(matrix[3], (0, 0, 0, 1), rtol=0, atol=EXACT):
+        raise InputError(f'{label}: the last row of a "{found.dtype}" is {matrix[3].tolist()}; it must be 0, 0, 0, 1')
+    return matrix
 
 
 def _name(element: _Object) -> str:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sized
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
+
+from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY
 from blockstat.errors import InputError, InputWarning, known_options
 from blockstat.system.reading import check_file
 from blockstat.system.writing import written_whole
@@ -21,6 +24,10 @@ READABLE = (".json", ".toml", *MESHES)
 WRITABLE = (".json", *MESHES)
 #: What a .json file and a directory may be written as, the default first.
 FORMATS = {".json": ("native", "compas-assembly", "compas-model"), "": ("ply", "stl")}
+#: What .obj, .glb and the formats of COMPAS keep beside the surfaces of blocks, and what a directory keeps of it.
+KEPT = ("supports", "names of blocks", "groups", "densities", "friction", "gravity")
+KEPT_IN_DIRECTORY = ("names of blocks", "groups")
+BUILT_FROM = ("parameters", "material")  #: metadata of a scene that its blocks stand for; nothing reads them
 
 
 def read_parts(path: str | Path, *, supports: Iterable[int | str] | None = None, units: str | None = None) -> Parts:
@@ -146,7 +153,8 @@ def write(
     Warns
     -----
     InputWarning
-        Where an .stl or .ply loses names or supports, or is so far from the origin that its seven digits move corners.
+        Where the format does not keep all that the assembly has, or where an .stl or .ply is so far from the origin
+        that its seven digits move corners.
 
     Examples
     --------
@@ -171,22 +179,44 @@ def write(
     if values and suffix in FORMATS:
         raise InputError(f"{path}: values are written to .glb and .obj only")
     own = "y" if suffix == ".glb" else "z"
-    assembly = in_frame(assembly, units, up, own)
+    given, assembly = assembly, in_frame(assembly, units, up, own)
     frame = (units or "m", up or own)
     if not suffix:
         from blockstat.io.folder import write_folder
 
         write_folder(assembly, path, f".{format or formats[0]}")
-        _warn_of_rounding(assembly, path, frame[0])
-        return path
-    with written_whole(path) as place:
-        blaming(path, lambda: _write_file(assembly, place, format, values or {}, frame))
-    if suffix in (".stl", ".ply") and (lost := _lost(assembly)):
-        text = f"{path}: {suffix} does not keep {' and '.join(lost)}; .obj, .glb and .json do"
-        warnings.warn(InputWarning(text), stacklevel=3)
-    if suffix in (".stl", ".ply"):
+    else:
+        with written_whole(path) as place:
+            blaming(path, lambda: _write_file(assembly, place, format, values or {}, frame))
+    warn_of_losses(given, path, format)
+    if suffix in ("", ".stl", ".ply"):
         _warn_of_rounding(assembly, path, frame[0])
     return path
+
+
+def warn_of_losses(assembly: Assembly, path: Path, format: str | None) -> None:
+    """Warn of what a file does not keep of an assembly that was written to it.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        In metres, z up.
+    path : Path
+        The file, or a directory.
+    format : str or None
+        As in `write`.
+
+    Warns
+    -----
+    InputWarning
+        Naming the file and what it does not keep.
+    """
+    suffix = "" if path.is_dir() else path.suffix.lower()
+    if lost := _lost(assembly, suffix, format):
+        place = f"{format} in .json" if suffix == ".json" else suffix or "a directory"
+        others = ".obj, .glb and .json do" if set(lost) <= set(KEPT) else "only a native .json does"
+        listed = ", ".join(lost[:-1]) + " and " * (len(lost) > 1) + lost[-1]
+        warnings.warn(InputWarning(f"{path}: {place} does not keep {listed}; {others}"), stacklevel=4)
 
 
 def _warn_of_rounding(assembly: Assembly, path: Path, unit: str) -> None:
@@ -199,12 +229,31 @@ def _warn_of_rounding(assembly: Assembly, path: Path, unit: str) -> None:
         warnings.warn(InputWarning(text), stacklevel=4)
 
 
-def _lost(assembly: Assembly) -> list[str]:
-    """What an .stl or .ply does not keep of an assembly; names that are numbers alone are no loss."""
+def _lost(assembly: Assembly, suffix: str, format: str | None) -> list[str]:
+    """What a format does not keep of an assembly; what a reader takes without being told is no loss."""
+    if suffix == ".json" and format in (None, "native"):
+        return []
     numbered = all(
         name in (f"block{i}", f"{assembly.name}.{i}", assembly.name) for i, name in enumerate(assembly.names)
     )
-    return (["supports"] if assembly.support.any() else []) + ([] if numbered else ["names of blocks"])
+    noted = [
+        key
+        for key, value in assembly.metadata.items()
+        if key not in BUILT_FROM and value is not None and not (isinstance(value, Sized) and not len(value))
+    ]
+    has = {
+        "supports": assembly.support.any(),
+        "names of blocks": not numbered,
+        "groups": any(assembly.groups),
+        "densities": (assembly.density != DENSITY).any(),
+        "friction": assembly.friction != FRICTION,
+        "gravity": not np.array_equal(assembly.gravity, STANDARD_GRAVITY),
+        "joint laws": assembly.joints,
+        "ties": assembly.ties,
+        f"metadata ({', '.join(noted)})": noted,
+    }
+    kept = {"": KEPT_IN_DIRECTORY, ".stl": (), ".ply": ()}.get(suffix, KEPT)
+    return [what for what, there in has.items() if there and what not in kept]
 
 
 def _write_file(

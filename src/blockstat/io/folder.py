@@ -6,13 +6,14 @@ The parts of a dotted group are directories in one another. Characters that file
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from blockstat.assembly import Block
-from blockstat.errors import InputError, gathered
+from blockstat.errors import InputError, InputWarning, gathered, some
 from blockstat.io.mesh import block_mesh, read_whole
 from blockstat.io.names import distinct_names
 from blockstat.io.parts import Parts, chosen_supports
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 SOLIDS = (".ply", ".stl")
+OBJECTS = (".obj", ".glb")  #: meshes of several blocks, which are read one by one
 #: What some file system does not allow in a name, and % itself; on Windows, CON and the like are devices.
 REFUSED = re.compile(r'[%/\\:*?"<>|\x00-\x1f]|^\.|[. ]$|(?i:^(?=(?:con|prn|aux|nul|com\d|lpt\d)(?:\.|$))\w)')
 EMPTY = "%"  #: stands for a part of a group that is empty
@@ -48,10 +50,19 @@ def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> 
     ------
     InputError
         For a directory without such files, each file that holds no surface, or without supports.
+
+    Warns
+    -----
+    InputWarning
+        Where files share a name, or the directory holds .obj and .glb files, which are not read.
     """
     files = sorted((p for p in path.rglob("*") if p.suffix.lower() in SOLIDS and p.is_file()), key=_natural)
     if not files:
         raise InputError(f"the directory holds no {' or '.join(SOLIDS)} files")
+    if others := sorted((p for p in path.rglob("*") if p.suffix.lower() in OBJECTS and p.is_file()), key=_natural):
+        text = f"{path}: of a directory {' and '.join(SOLIDS)} are read, and not "
+        text += some([p.relative_to(path).as_posix() for p in others])
+        warnings.warn(InputWarning(text), stacklevel=3)
     groups = [".".join(map(_plain, file.relative_to(path).parts[:-1])) for file in files]
     names = [_plain(file.stem) for file in files]
     chosen = chosen_supports([], supports, names, "a mesh")

@@ -7,12 +7,11 @@ extras of GLB's nodes (Blender's custom properties) and in comments of OBJ, and 
 
 from __future__ import annotations
 
-import json
-import re
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,8 +22,9 @@ from blockstat.errors import HUGE, InputError, gathered, some
 from blockstat.geometry.triangulation import triangulate
 from blockstat.io.names import distinct_names
 from blockstat.io.obj import closed_runs, read_obj, split_solids, write_obj
-from blockstat.io.parts import Parts, chosen_supports, moved_far_away, rounding_of
-from blockstat.system.reading import MOST_BYTES, check_file
+from blockstat.io.parts import Parts, chosen_supports, is_marked, moved_far_away, rounding_of
+from blockstat.io.raw import glb, ply, stl
+from blockstat.system.reading import check_file
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 #: Corners closer than this fraction of a solid's size are one (GLB and STL hold seven digits).
 MERGE = 1e-6
-CORNERS = ("vertex_indices", "vertex_index")  #: what exporters of PLY call the corners of a face
 #: What trimesh says of a file, in other words; what may quote the file is not passed on.
 SAID = {
     "Not a ply file!": ': its first line is not "ply"',
@@ -68,7 +67,9 @@ def mesh_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> Pa
     Raises
     ------
     InputError
-        For a file that cannot be read or holds no solid, or without supports.
+        For a file that cannot be read, is cut short or holds no solid, for one that holds what would be left out (such
+        as compressed meshes, lines and copies in GLB), for a mark of a support that is no truth value, or without
+        supports.
 
     Warns
     -----
@@ -78,7 +79,11 @@ def mesh_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> Pa
     solids, shared = _solids(path)
     if not solids:
         raise InputError("the file holds no solid")
-    marked = [i for i, solid in enumerate(solids) if solid.extras.get("support", False)]
+    marks = gathered(
+        partial(is_marked, solid.name or f"block{i}", "support", solid.extras.get("support"))
+        for i, solid in enumerate(solids)
+    )
+    marked = [i for i, mark in enumerate(marks) if mark]
     chosen = chosen_supports(marked, supports, [solid.name for solid in solids], "a mesh")
     names = distinct_names([solid.name for solid in solids], chosen)
     blocks = [
@@ -109,34 +114,55 @@ def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
             solids = split_solids(solids[0])
         return [_Solid(*solid) for solid in solids], shared
     scene = loaded(path, trimesh.load_scene)
-    order = {geometry: number for number, geometry in enumerate(scene.geometry)}
-    nodes = sorted(scene.graph.nodes_geometry, key=lambda node: order[scene.graph[node][1]])
-    given = _node_names(path) if suffix == ".glb" else set()
-    solids = gathered(partial(_of_node, scene, node, path.suffix, given) for node in nodes)
+    number = {geometry: number for number, geometry in enumerate(scene.geometry)}
+    order = {
+        node: (glb.number_of(node) if suffix == ".glb" else 0, number[scene.graph[node][1]])
+        for node in scene.graph.nodes_geometry
+    }
+    named = _names(scene, path)
+    ordered = sorted(order, key=order.__getitem__)
+    solids = gathered(partial(_of_node, scene, node, path.suffix, *named[node]) for node in ordered)
     return [solid for own in solids for solid in own], scene.metadata
 
 
-def _of_node(scene: trimesh.Scene, node: str, suffix: str, given: set[str]) -> list[_Solid]:
-    """Solids of one object of a scene, in world coordinates; `given` are the names of nodes that the file has."""
+def _names(scene: trimesh.Scene, path: Path) -> dict[str, tuple[str, str]]:
+    """For each object of a scene the name that the file gives it, and one for an object without a name."""
+    geometry = {node: str(scene.graph[node][1]) for node in scene.graph.nodes_geometry}
+    said = {node: scene.geometry[own].metadata for node, own in geometry.items()}
+    if path.suffix.lower() == ".glb":
+        of_nodes = glb.names(path)
+        found = {node: of_nodes[glb.number_of(node)] for node in geometry}
+        # Each primitive of a mesh of several is an object, and the name of the node is of all of them.
+        return {
+            node: ("", geometry[node]) if said[node].get("from_gltf_primitive") else (own, mesh or geometry[node])
+            for node, (own, mesh) in found.items()
+        }
+    solids = stl.names(path) if path.suffix.lower() == ".stl" else []
+    if len(solids) < 2:
+        return {node: ("".join(solids) or path.stem, "") for node in geometry}
+    numbers = {node: int(own["name"]) for node, own in said.items()}
+    return {node: (solids[k] or f"{path.stem}.{k}", "") for node, k in numbers.items()}
+
+
+def _of_node(scene: trimesh.Scene, node: str, suffix: str, given: str, otherwise: str) -> list[_Solid]:
+    """Solids of one object of a scene, in world coordinates; its names are those of `_names`."""
     import trimesh
 
     transform, geometry = scene.graph[node]
     mesh = scene.geometry[geometry]
     if not isinstance(mesh, trimesh.Trimesh):
-        raise InputError(f'object "{node}" is no surface of faces')
-    glb = suffix.lower() == ".glb"
+        raise InputError(f'object "{given or otherwise}" is no surface of faces')
+    of_glb = suffix.lower() == ".glb"
     mesh = mesh.copy()
-    mesh.apply_transform(np.linalg.inv(Y_UP) @ transform if glb else transform)
-    own = _own_extras(scene, node)
-    extras = {**mesh.metadata, **mesh.metadata.get("extras", {}), **own}
-    # trimesh numbers the nodes without a name, and makes one up for each primitive of a mesh of several.
-    made_up = not glb or (node.isdecimal() and node not in given) or mesh.metadata.get("from_gltf_primitive")
-    name = str(own.get("name") or ("" if made_up else node) or extras.get("name") or geometry).removesuffix(suffix)
+    mesh.apply_transform(np.linalg.inv(Y_UP) @ transform if of_glb else transform)
+    own, more = _own_extras(scene, node), mesh.metadata.get("extras")
+    extras = {**mesh.metadata, **(more if isinstance(more, dict) else {}), **own}
+    name = str(own.get("name") or given or extras.get("name") or otherwise)
     _check_vertices(mesh, f'object "{name}"')
-    parts = [mesh] if glb else _closed_runs(mesh)
+    parts = [mesh] if of_glb else _closed_runs(mesh)
     # The corners of a GLB are rounded before they are moved to where the object stands.
     raw, scale = np.asarray(scene.geometry[geometry].vertices), float(np.linalg.norm(transform[:3, :3], 2))
-    rounding = [scale * rounding_of(raw)] if glb else [rounding_of(np.asarray(part.vertices)) for part in parts]
+    rounding = [scale * rounding_of(raw)] if of_glb else [rounding_of(np.asarray(part.vertices)) for part in parts]
     for part in parts:
         part.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(part))
     labels = [f"{name}.{number}" for number in range(len(parts))] if len(parts) > 1 else [name]
@@ -162,7 +188,8 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
     Raises
     ------
     InputError
-        For a file that cannot be read. The message never quotes what is in a file.
+        For a file that cannot be read, is cut short, or holds what would be left out. No message of trimesh is passed
+        on, for it may quote any part of the file.
     """
     import trimesh
     from trimesh.resolvers import FilePathResolver
@@ -177,12 +204,13 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
     check_file(path)
     if not path.stat().st_size:
         raise InputError("the file is empty")
-    if path.suffix.lower() == ".glb" and (needed := _compressions(path)):
-        raise InputError(f"it needs {', '.join(needed)}; export it without compression")
+    suffix = path.suffix.lower()
+    numbered = {".glb": glb.numbered, ".stl": stl.numbered}.get(suffix)
     try:
-        found = load(path, process=False, resolver=Beside(str(path)))
+        source = BytesIO(numbered(path.read_bytes())) if numbered else path
+        found = load(source, file_type=suffix[1:], process=False, resolver=Beside(str(path)))
         meshes = dict(found.geometry) if isinstance(found, trimesh.Scene) else {"": found}
-        surfaces = {name: _as_written(mesh) for name, mesh in meshes.items() if isinstance(mesh, trimesh.Trimesh)}
+        surfaces = {name: ply.as_written(mesh) for name, mesh in meshes.items() if isinstance(mesh, trimesh.Trimesh)}
         lost = {name: _lost(*surface) for name, surface in surfaces.items()}
     except (InputError, MemoryError):
         raise
@@ -196,69 +224,13 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
     ]
     if wrong:
         raise InputError(*wrong)
-    if path.suffix.lower() != ".ply":
+    if suffix != ".ply":
         return found
-    ordered = {name: trimesh.Trimesh(v, _in_triangles(v, f), process=False) for name, (v, f) in surfaces.items()}
+    ordered = {name: trimesh.Trimesh(v, ply.in_triangles(v, f), process=False) for name, (v, f) in surfaces.items()}
     if not isinstance(found, trimesh.Scene):
         return ordered.get("", found)
     found.geometry.update(ordered)
     return found
-
-
-def _header(path: Path) -> bytes:
-    """The JSON of a GLB; nothing of another file."""
-    with path.open("rb") as file:
-        head = file.read(20)
-        size = int.from_bytes(head[12:16], "little")
-        return file.read(min(size, MOST_BYTES)) if head[:4] == b"glTF" and head[16:20] == b"JSON" else b""
-
-
-def _node_names(path: Path) -> set[str]:
-    """Names that the nodes of a GLB have, which has been read."""
-    return {str(node["name"]) for node in json.loads(_header(path)).get("nodes", []) if "name" in node}
-
-
-def _compressions(path: Path) -> list[str]:
-    """Compressions of surfaces that a GLB cannot be read without (glTF 2.0, 3.12)."""
-    found = re.search(rb'"extensionsRequired"\s*:\s*\[([^\]]*)\]', _header(path))
-    return re.findall(r"\w+_(?:draco|meshopt)_\w+", found[1].decode("ascii", "ignore")) if found else []
-
-
-def _as_written(mesh: trimesh.Trimesh) -> tuple[Floats, Ints | list[Ints]]:
-    """Vertices and faces as a PLY has them: trimesh puts the halves of quads and other polygons last.
-
-    One array where all faces have as many corners; these are not yet checked to exist.
-    """
-    raw: dict[str, Any] = mesh.metadata.get("_ply_raw") or {}
-    data = raw.get("face", {}).get("data")
-    names = list(data) if isinstance(data, dict) else list(getattr(data, "dtype", np.dtype(int)).names or ())
-    found = [name for name in CORNERS if name in names] or names
-    if not found:
-        return np.asarray(mesh.vertices), np.asarray(mesh.faces).reshape(-1, 3)
-    rows = data[found[0]] if isinstance(data, dict) else data[found[0]]["f1"]
-    vertices = np.column_stack([raw["vertex"]["data"][axis] for axis in "xyz"]).astype(float)
-    if np.ndim(rows) == 2:
-        return vertices, np.asarray(rows, dtype=np.int64)
-    return vertices, [np.asarray(row, dtype=np.int64).reshape(-1) for row in rows]
-
-
-def _in_triangles(vertices: Floats, faces: Ints | list[Ints]) -> Ints:
-    """Triangles that follow one another as their faces do, and use every edge of these."""
-    if isinstance(faces, np.ndarray) and faces.shape[1] == 3:
-        return faces
-    vertices = np.where(np.abs(vertices) < HUGE, vertices, 0.0)  # others are refused later
-    triangles = [_cut(vertices, face) for face in faces if len(face) > 2]
-    return np.concatenate(triangles) if triangles else np.empty((0, 3), dtype=np.int64)
-
-
-def _cut(vertices: Floats, face: Ints) -> Ints:
-    """Triangles of one face: by ears, or as a fan where these leave out a corner that is in line with others."""
-    if len(face) == 3:
-        return face[None]
-    ears = triangulate(vertices, [face])
-    if len(ears) == len(face) - 2:
-        return ears
-    return np.column_stack([np.full(len(face) - 2, face[0]), face[1:-1], face[2:]])
 
 
 def _lost(vertices: Floats, faces: Ints | list[Ints]) -> list[int]:

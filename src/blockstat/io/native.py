@@ -5,7 +5,7 @@
      ties?: [{between: [block, block], points: [[x, y, z], [x, y, z]], least?, greatest?, strut?, name?}],
      blocks: [{name, group?, density?, vertices: [[x, y, z]], faces: [[i, j, k, ...]]}]}
 
-Other keys are kept as metadata.
+Other keys of the object itself are kept as metadata; those of a block, a joint or a tie are refused.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from blockstat.system.faults import faults
 from blockstat.system.reading import check_depth, text_of
 
 
-class _BlockRecord(msgspec.Struct):
+class _BlockRecord(msgspec.Struct, forbid_unknown_fields=True):
     vertices: list[list[float]]
     faces: list[list[int]]
     name: str = ""
@@ -125,7 +125,7 @@ def native_parts(
     Raises
     ------
     InputError
-        With the key of a bad value, or for other units than the file's.
+        With the key of a bad value or an unknown key of a block, joint or tie, or for other units than the file's.
 
     Warns
     -----

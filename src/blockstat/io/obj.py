@@ -77,7 +77,7 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
                 labels[word].append(" ".join(line.split()[1:]))
             elif line.startswith(NOTE):
                 notes.setdefault(len(labels["o"]), dict(json.loads(line[len(NOTE) - 1 :])))
-        except ValueError:
+        except (ValueError, RecursionError):  # a note may be nested without end
             wrong.append(f'line {number}: cannot be read as "{word or "# blockstat"}" of an OBJ file')
             if word == "v":  # faces count the corners
                 vertices.append((np.nan, np.nan, np.nan))
@@ -85,10 +85,12 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
         raise InputError(*wrong)
     objects = bool(labels["o"])
     names = ["", *labels["o" if objects else "g"]]
+    first = {name: number for number, name in reversed([*enumerate(names)])}
     own: dict[int, list[list[int]]] = {}
     group_of: dict[int, str] = {}
     for in_object, in_group, corners in faces:
-        number = in_object if objects else in_group
+        # A group goes on where its name comes again.
+        number = in_object if objects else first[names[in_group]]
         own.setdefault(number, []).append(corners)
         group_of.setdefault(number, ["", *labels["g"]][in_group] if objects else "")
     solids = []

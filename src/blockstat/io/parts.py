@@ -328,6 +328,39 @@ def chosen_supports(
     return chosen
 
 
+def is_marked(label: str, key: str, value: Any) -> bool:
+    """Return whether a file marks a block as a support.
+
+    Parameters
+    ----------
+    label : str
+        The name of the block.
+    key : str
+        What the mark is called in the file.
+    value : object
+        The mark, None for none.
+
+    Returns
+    -------
+    bool
+
+    Raises
+    ------
+    InputError
+        For anything but a truth value, 0 or 1: the text "false" is no mark.
+
+    Examples
+    --------
+    >>> is_marked("brick", "support", 1), is_marked("brick", "support", None)
+    (True, False)
+    """
+    if value is None:
+        return False
+    if not isinstance(value, (bool, int, float, np.bool_, np.number)) or value not in (0, 1):
+        raise InputError(f'block "{label}": {key} is {value!r}; it must be true, false, 0 or 1')
+    return bool(value)
+
+
 def _times(vertices: Any, matrix: Floats) -> Any:
     try:
         return np.asarray(vertices, dtype=float) @ matrix.T

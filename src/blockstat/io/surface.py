@@ -35,7 +35,7 @@ def read_surface(path: str | Path, *, units: str | None = None) -> tuple[Floats,
     Raises
     ------
     InputError
-        Naming a file that cannot be read or holds no faces, or for a unit that is not known.
+        Naming a file that cannot be read, or holds no faces or none that extends, or for a unit that is not known.
     """
     path = Path(path)
     if path.suffix.lower() not in SURFACES:
@@ -48,10 +48,14 @@ def read_surface(path: str | Path, *, units: str | None = None) -> tuple[Floats,
     if not np.isfinite(corners).all():
         raise InputError(f"{path}: its corners must be finite")
     step = MERGE * float(np.ptp(corners, axis=0).max())
+    if not step:
+        raise InputError(f"{path}: all corners of its faces are at one place; a surface must extend")
     _, first, index = np.unique(np.round(corners / step), axis=0, return_index=True, return_inverse=True)
     index = index.ravel()
     merged = [list(dict.fromkeys(int(index[k]) for k in face)) for face in faces]
-    return corners[first] * metres_in(units), [face for face in merged if len(face) > 2]
+    if not (kept := [face for face in merged if len(face) > 2]):
+        raise InputError(f"{path}: no face has three corners that are apart")
+    return corners[first] * metres_in(units), kept
 
 
 def _of_obj(path: Path) -> tuple[Floats, list[list[int]]]:

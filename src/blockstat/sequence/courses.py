@@ -233,16 +233,32 @@ def courses_of(assembly: Assembly, along: Along = None) -> list[Ints]:
         if group is not None:
             own &= np.isin(np.arange(assembly.n_blocks), assembly.in_group(group))
         left &= ~own
-        found += _levels(np.flatnonzero(own), assembly.centroid @ (axis / np.linalg.norm(axis)), assembly.size)
+        found += levels(assembly, np.flatnonzero(own), axis)
     return found
 
 
-def _levels(blocks: Ints, place: Floats, size: Floats) -> list[Ints]:
-    """Blocks by their place along the order."""
+def levels(assembly: Assembly, blocks: Ints, axis: Floats) -> list[Ints]:
+    """Return blocks by courses: those whose centroids are level along an axis are one.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        All blocks.
+    blocks : array of int
+        Some of them.
+    axis : array of float, shape (3,)
+        The direction in which courses follow each other, of any length.
+
+    Returns
+    -------
+    list of array of int
+        The blocks of each course; none without blocks.
+    """
     if not len(blocks):
         return []
+    place = assembly.centroid @ (axis / np.linalg.norm(axis))
     order = blocks[np.argsort(place[blocks], kind="stable")]
-    step = np.diff(place[order]) > LEVEL * size[blocks].min()
+    step = np.diff(place[order]) > LEVEL * assembly.size[blocks].min()
     return np.split(order, np.flatnonzero(step) + 1)
 
 

@@ -54,7 +54,8 @@ class OrderResult(Result):
     states: int  #: states judged
     solved: int  #: of these, solved for; the others rest on the forces or the mechanism of an earlier state
     seconds: float
-    finished: Outcome = Outcome.STABLE  #: the finished assembly with nothing held, with which every order ends
+    #: the finished assembly with nothing held, with which every order ends; None where the search ended before it
+    finished: Outcome | None = Outcome.STABLE
     moving: tuple[str, ...] = ()  #: blocks that move first where the finished assembly falls
     undecided: int = 0  #: states that could be proven neither stable nor unstable
     barred: tuple[str, ...] = ()  #: blocks with no straight motion found beside others, though none is excluded
@@ -65,7 +66,8 @@ class OrderResult(Result):
         Returns
         -------
         dict
-            With the steps of the plan; `finished` is the verdict on the finished assembly with nothing held.
+            With the steps of the plan; `finished` is the verdict on the finished assembly with nothing held, None where
+            the search was interrupted before it.
         """
         steps = None
         if self.plan is not None:
@@ -77,7 +79,7 @@ class OrderResult(Result):
             "states": self.states,
             "solved": self.solved,
             "undecided": self.undecided,
-            "finished": self.finished.word,
+            "finished": self.finished and self.finished.word,
             "moving": list(self.moving),
             "barred": list(self.barred),
             "seconds": self.seconds,
@@ -93,7 +95,9 @@ class OrderResult(Result):
             One fact a line.
         """
         lines = [self.outcome.value]
-        if self.finished is Outcome.UNSTABLE:
+        if self.finished is None:
+            lines.append("The finished assembly itself, with which every order ends, was not judged.")
+        elif self.finished is Outcome.UNSTABLE:
             what = "the finished assembly itself does not stand, and every order ends with it"
             lines = [f"None: {what}; first to move: {_few(self.moving)}."]
         elif self.finished is not Outcome.STABLE:
@@ -188,7 +192,7 @@ def find_order(
     except KeyboardInterrupt:
         outcome, path = OrderOutcome.STOPPED, None
     plan = None if path is None else search.plan(path)
-    finished, moving = Outcome.STABLE, list[int]()
+    finished, moving = Outcome.STABLE if search.stands else None, list[int]()
     if search.fallen is not None:
         finished = Outcome.UNDECIDED if search.undecided else Outcome.UNSTABLE
         moving = [] if search.undecided else search.fallen

@@ -30,7 +30,8 @@ from blockstat.typing import Floats
 
 #: Blocks present and held, as bits of two numbers.
 Node = tuple[int, int]
-#: Blocks that move slower than this share of the fastest may not be what a mechanism rests on; they are tried, too.
+#: Blocks that move slower than this share of the fastest are at rest where the mechanism is one without them, too.
+#: Elsewhere it may rest on them: to hold one of them is tried, too, and it is not taken for one of other states.
 AT_REST = 1e-9
 
 
@@ -177,7 +178,8 @@ class Search:
         self._units = _units(whole, constraints.groups)
         self._access = _Access(whole, constraints)
         self.judged, self.undecided = 0, 0
-        self.fallen: list[int] | None = None  #: what moves where the finished assembly is not proven to stand
+        self.stands = False  #: whether the finished assembly is proven to stand
+        self.fallen: list[int] | None = None  #: what moves where it is not proven to
         self._before: dict[Node, Node | None] = {}
         self._known: dict[Node, list[int] | None] = {}
         self._falls: list[_Fall] = []
@@ -189,6 +191,7 @@ class Search:
         finished = self._full, 0
         self.fallen = self.falls(finished)
         if self.fallen is None:
+            self.stands = True
             self._push(finished, _Move(finished))
         while self._queue:
             if until is not None and monotonic() > until:
@@ -246,8 +249,10 @@ class Search:
             moving = np.flatnonzero(present & ~fixed).tolist()
             return {"outcome": Outcome.UNDECIDED.word, "moving": moving, "complete": False}
         speed = verdict.motion
-        moving = [int(b) for b in np.argsort(-speed, kind="stable") if speed[b] > AT_REST]
-        complete = not bool((speed[speed <= AT_REST] > 0).any())
+        slow = (speed > 0) & (speed <= AT_REST)
+        without = np.where(slow[:, None], 0.0, verdict.mechanism)
+        complete = not slow.any() or self.whole.falls_by(without, present, fixed)
+        moving = [int(b) for b in np.argsort(-speed, kind="stable") if speed[b] > (AT_REST if complete else 0.0)]
         return {"outcome": verdict.outcome.word, "moving": moving, "complete": complete}
 
     def _hands(self, held: int) -> int:
@@ -376,7 +381,13 @@ class _Access:
     def direction(self, unit: int, others: int) -> Floats | None:
         """The direction in which a unit comes in beside others; None for none, or where none is asked for."""
         found = self._motion(unit, others)
-        return None if found is None else found.direction
+        if found is None or found.direction is not None:
+            return None if found is None else found.direction
+        # Joints suggest what is tried: beside fewer, what is free beside more may not be found again.
+        beside_more = (
+            way.direction for (one, there), way in self._found.items() if one == unit and not others & ~there
+        )
+        return next((direction for direction in beside_more if direction is not None), None)
 
 
 def _above(whole: Whole) -> list[int]:

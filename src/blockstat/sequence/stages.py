@@ -26,6 +26,7 @@ from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.result import Result, finite
+from blockstat.sequence.courses import levels
 from blockstat.sequence.props import Falsework, centring, held_by_props, outcome_with_props
 from blockstat.sequence.states import Whole
 from blockstat.system.faults import faults
@@ -34,9 +35,6 @@ from blockstat.typing import Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
-
-#: Blocks whose centroids are no further apart in height than this share of their size are of one course.
-LEVEL = 1e-3
 
 
 class Stage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
@@ -220,12 +218,12 @@ def assess_stages(
     present, states = assembly.support.copy(), []
     for stage in stages:
         new = _blocks(assembly, stage.place, stage.name)
-        levels = _courses(assembly, new) if stage.courses and len(new) else [new]
-        for number, level in enumerate(levels):
+        courses = levels(assembly, new, -assembly.gravity) if stage.courses and len(new) else [new]
+        for number, level in enumerate(courses):
             present[level] = True
             name = (
-                f"{stage.name}, course {number + 1} of {len(levels)}"
-                if stage.courses and len(levels) > 1
+                f"{stage.name}, course {number + 1} of {len(courses)}"
+                if stage.courses and len(courses) > 1
                 else stage.name
             )
             on = _blocks(assembly, stage.centring, stage.name)
@@ -233,14 +231,6 @@ def assess_stages(
     found = in_stretches(partial(_judged, whole, flow), states, jobs)
     worst = next((stage.outcome for stage in found if stage.outcome is not Outcome.STABLE), Outcome.STABLE)
     return StagesVerdict(worst, tuple(found))
-
-
-def _courses(assembly: Assembly, blocks: Ints) -> list[Ints]:
-    """Blocks by the height of their centroids, the lowest first."""
-    height = -assembly.centroid[blocks] @ (assembly.gravity / np.linalg.norm(assembly.gravity))
-    order = np.argsort(height, kind="stable")
-    step = np.diff(height[order]) > LEVEL * assembly.size[blocks].min()
-    return [blocks[part] for part in np.split(order, np.flatnonzero(step) + 1)]
 
 
 def _judged(whole: Whole, flow: str, states: list[tuple[str, np.ndarray, Ints]]) -> list[StageVerdict]:

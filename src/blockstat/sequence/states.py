@@ -33,6 +33,7 @@ from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
 from blockstat.sequence.nearby import AT_REST, nearby_evidence, nearby_optimum, unbalanced
 from blockstat.solve.answer import Answer, Status
+from blockstat.studies.directions import horizontal
 from blockstat.system.workers import in_stretches
 from blockstat.typing import Floats, Ints
 
@@ -265,6 +266,29 @@ class Whole:
         options: dict[str, Any] = {"flow": flow, "score": score, "tightnesses": tightnesses, "reserve": False}
         return judged(problem, memory=self.evidence, guess=guess, **options)
 
+    def falls_by(self, motion: Floats, present: np.ndarray, fixed: np.ndarray) -> bool:
+        """Return whether a motion proves that a state falls.
+
+        Parameters
+        ----------
+        motion : array of float, shape (n_blocks, 6)
+            Twists of the blocks, of any size.
+        present, fixed : array of bool, shape (n_blocks,)
+            As of `assess`.
+
+        Returns
+        -------
+        bool
+            Whether the independent check of it as a mechanism says so.
+        """
+        problem, _ = self.problem(present & ~fixed, present)
+        program = problem.program
+        if program is None:
+            return False
+        twist = (motion[problem.eq.blocks] * np.repeat([1.0, program.length_unit], 3)).reshape(-1)
+        found = _recalled(program, np.zeros((len(program.friction), 3)), twist, "mechanism")
+        return outcome_of(found.certificate) is Outcome.UNSTABLE
+
     def assess_all(self, states: Iterable[tuple[np.ndarray, np.ndarray]], flow: str, score: bool) -> list[Verdict]:
         """Return the verdicts on states, each with the evidence of those before it.
 
@@ -310,12 +334,7 @@ class Whole:
             return 90.0, 90.0
         if len(problem.floating):
             return 0.0, 0.0
-        up = -self.assembly.gravity / np.linalg.norm(self.assembly.gravity)
-        first = np.eye(3)[0] - up[0] * up
-        if np.linalg.norm(first) < 1e-6:  # gravity along x
-            first = np.eye(3)[2] - up[2] * up
-        first = first / np.linalg.norm(first)
-        second = np.cross(up, first)
+        first, second = horizontal(self.assembly)
         ways = (first, second, -first, -second)
         found = [limit_load(problem.assembly, way, interfaces=problem.interfaces).lower for way in ways]
         loads = np.maximum(np.nan_to_num(found, nan=0.0, posinf=np.inf), 0.0)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from blockstat.errors import InputError, check_choice
-from blockstat.io.files import write
+from blockstat.io.files import warn_of_losses, write
 
 if TYPE_CHECKING:
     from blockstat.analysis.verdict import Verdict
@@ -37,6 +37,11 @@ def write_verdict(verdict: Verdict, path: str | Path, *, format: str = "compas-a
     ------
     InputError
         For another suffix, or a directory that does not exist.
+
+    Warns
+    -----
+    InputWarning
+        Where the format does not keep all that the assembly has.
 
     Notes
     -----
@@ -81,4 +86,5 @@ def _write_compas(verdict: Verdict, path: Path, format: str) -> Path:
             attributes={"verdict": verdict.summary()},
             motion=motion_of(verdict, MOTION).tolist(),
         )
+    warn_of_losses(verdict.assembly, path, format)
     return path

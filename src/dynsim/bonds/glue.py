@@ -35,6 +35,9 @@ from dynsim.bonds.ties import TieForces
 from dynsim.engine.world import Action, World
 from dynsim.loads.loading import Constant
 
+#: A cohesion that exceeds friction x tension by less than this share of it does so by rounding.
+ROUNDING = 1e-9
+
 
 def bonds_of(assembly: Assembly, *, interfaces: Interfaces | None = None) -> tuple[Action, ...]:
     """Return the actions that stand for the joint laws and the ties of an assembly.
@@ -122,7 +125,7 @@ def _weaker(law: JointLaw, most: float, area: float) -> JointLaw:
 def _check(assembly: Assembly, interfaces: Interfaces, law: PointLaw) -> None:
     """Refuse what a preload cannot do: its cone has its apex where the tension ends, and no cap."""
     chosen = last_law(assembly, interfaces)
-    for point in np.flatnonzero((law.floor > 0) | np.isfinite(law.cap)):
+    for point in np.flatnonzero((law.floor > ROUNDING * law.shift) | np.isfinite(law.cap)):
         rule = chosen[interfaces.point_interface[point]]
         assert rule is not None
         raise InputError(f"{_label(rule)}: {_reason(rule)}")

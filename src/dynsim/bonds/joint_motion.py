@@ -1,4 +1,4 @@
-"""How the two sides of a joint have moved against each other, and forces on both."""
+"""How the two sides of a joint have moved against each other, forces on both, and the mass that they move."""
 
 from __future__ import annotations
 
@@ -60,6 +60,37 @@ def reach(assembly: Assembly, pair: Ints) -> Floats:
         The gap up to which a joint is one [m].
     """
     return GAP * assembly.size[pair].min(axis=1)
+
+
+def moved_mass(assembly: Assembly, blocks: Ints, points: Floats, lines: Floats) -> Floats:
+    """Return the mass that a unit force along each of some lines moves, shared among the lines at a block.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    blocks : array of int, shape (n, k)
+        The blocks that each line ends at; supports do not move.
+    points : array of float, shape (n, k, 3)
+        Where, on the blocks as built [m].
+    lines : array of float, shape (n, 3)
+        Unit vectors along the lines.
+
+    Returns
+    -------
+    array of float, shape (n,)
+        Masses [kg]; 0 for a line that ends at supports alone.
+    """
+    turning = np.linalg.inv(assembly.inertia)
+    mobility = np.zeros(len(blocks))
+    for side, block in enumerate(blocks.T):
+        arm = np.cross(points[:, side] - assembly.centroid[block], lines)
+        own = 1.0 / assembly.mass[block] + np.einsum("ni,nij,nj->n", arm, turning[block], arm)
+        mobility += np.where(assembly.support[block], 0.0, own)
+    count = np.bincount(blocks.reshape(-1), minlength=assembly.n_blocks)
+    count[assembly.support] = 1
+    shared = mobility * count[blocks].max(axis=1)
+    return np.divide(1.0, shared, out=np.zeros(len(blocks)), where=shared > 0)
 
 
 def at_points(poses: Poses, pair: Ints, point: Floats) -> tuple[Floats, Floats, Floats]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.typing import Floats, Ints
-from dynsim.bonds.joint_motion import Poses
+from dynsim.bonds.joint_motion import Poses, moved_mass
 from dynsim.engine.world import World
 
 
@@ -37,7 +37,7 @@ class PropForces:
         self._block, self._point = np.asarray(blocks, dtype=np.int64), np.asarray(points, dtype=float)
         directions = np.asarray(directions, dtype=float)
         self._line = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-        self._mass = _moved_mass(assembly, self._block, self._point, self._line)
+        self._mass = moved_mass(assembly, self._block[:, None], self._point[:, None], self._line)
         self._standing = np.zeros(len(self._block), dtype=bool)
         self._start = np.zeros(len(self._block))  #: of the point along the line, where the prop has no force [m]
         self._before = np.zeros(len(self._block))
@@ -97,10 +97,3 @@ class PropForces:
     def _along(self, poses: Poses) -> Floats:
         """Where the points are along their lines, shape (n,) [m]."""
         return np.einsum("ni,ni->n", poses.centroid[self._block] + self._arm(poses), self._line)
-
-
-def _moved_mass(assembly: Assembly, block: Ints, point: Floats, line: Floats) -> Floats:
-    """Mass that a unit force of each prop moves, shared among the props of a block, shape (n,) [kg]."""
-    arm = np.cross(point - assembly.centroid[block], line)
-    mobility = 1.0 / assembly.mass[block] + np.einsum("ni,nij,nj->n", arm, np.linalg.inv(assembly.inertia)[block], arm)
-    return 1.0 / (mobility * np.bincount(block, minlength=assembly.n_blocks)[block])

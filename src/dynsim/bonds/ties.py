@@ -13,8 +13,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.program.ties import tied_pairs
-from blockstat.typing import Floats
-from dynsim.bonds.joint_motion import Poses, apply_on_pairs, removed
+from dynsim.bonds.joint_motion import Poses, apply_on_pairs, moved_mass, removed
 from dynsim.engine.world import World
 
 
@@ -34,19 +33,24 @@ class TieForces:
         self._greatest = np.array([tie.greatest for tie in ties])
         self._sign = np.array([-1.0 if tie.strut else 1.0 for tie in ties])
         line = self._points[:, 1] - self._points[:, 0]
-        self._rest = np.linalg.norm(line, axis=1)  #: length at which the force is the least [m]
-        self._mass = _moved_mass(assembly, self._pair, self._points, line / self._rest[:, None])
-        self._before = self._rest
+        self._built = np.linalg.norm(line, axis=1)  #: [m]
+        self._mass = moved_mass(assembly, self._pair, self._points, line / self._built[:, None])
+        self._as_built()
+
+    def _as_built(self) -> None:
+        self._rest = self._built  #: length at which the force is the least [m]
+        self._before = self._built
         self.force = self._least  #: of the last time step, tension or compression of struts, shape (n,) [N]
 
     def begin(self, world: World) -> None:
-        """Do nothing: the ties have their lengths as built.
+        """Give the ties their lengths as built, at rest, whatever an earlier run has done to them.
 
         Parameters
         ----------
         world : World
             What the action acts on.
         """
+        self._as_built()
 
     def act(self, world: World, time: float) -> None:
         """Apply what the ties carry for the next time step.
@@ -76,16 +80,3 @@ class TieForces:
         self._before = length
         pull = (self._sign * self.force / np.where(length > 0, length, 1.0))[:, None] * line
         apply_on_pairs(world, poses, self._pair, two, pull)
-
-
-def _moved_mass(assembly: Assembly, pair: np.ndarray, points: Floats, line: Floats) -> Floats:
-    """Mass that a unit force along each tie moves, shared among the ties of a block, shape (n,) [kg]."""
-    turning = np.linalg.inv(assembly.inertia)
-    mobility = np.zeros(len(pair))
-    for side, block in enumerate(pair.T):
-        arm = np.cross(points[:, side] - assembly.centroid[block], line)
-        own = 1.0 / assembly.mass[block] + np.einsum("ni,nij,nj->n", arm, turning[block], arm)
-        mobility += np.where(assembly.support[block], 0.0, own)
-    count = np.bincount(pair.reshape(-1), minlength=assembly.n_blocks)
-    count[assembly.support] = 1
-    return 1.0 / (mobility * count[pair].max(axis=1))

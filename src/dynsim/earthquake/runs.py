@@ -103,8 +103,7 @@ class Shaking:
         # To a nanometre: beyond that, coordinates are rounding.
         points = np.round(self.interfaces.point, 9)
         joints = (self.interfaces.pair, points, self.interfaces.friction, self.interfaces.searched)
-        loads = [(type(load).__name__, getattr(load, "load", None)) for load in self.loads]
-        return digest([sorted(own.items()), joints, self.settings, loads, self.actions, measure])
+        return digest([sorted(own.items()), joints, self.settings, self.loads, self.actions, measure])
 
 
 def digest(thing: Any) -> str:
@@ -143,6 +142,10 @@ def _parts(thing: Any) -> Iterator[bytes]:
     elif hasattr(thing, "__dataclass_fields__"):
         yield type(thing).__name__.encode()
         yield from _parts([getattr(thing, field.name) for field in fields(thing) if field.compare])  # no caches
+    elif type(thing).__repr__ is object.__repr__ and hasattr(thing, "__dict__"):
+        # Loads and actions of a user's own: where they lie in memory is told by `repr`, and differs every time.
+        yield type(thing).__name__.encode()
+        yield from _parts(sorted(vars(thing).items()))
     else:
         yield repr(thing).encode() + b";"
 

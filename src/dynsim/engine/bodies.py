@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
 from dynsim.engine.decompose import FLUSH, convex_pieces
 
@@ -145,8 +146,13 @@ def _pieces(
     for surface in surfaces:
         if (cut := convex_pieces(surface, size)) is not None:
             return tuple(cut)
-    import coacd
-
+    try:
+        import coacd
+    except ImportError as error:
+        raise InputError(
+            "a block is not convex, and no exact cut into convex pieces was found; cutting it all the same needs the "
+            'package coacd: pip install "blockstat[dynamics]"'
+        ) from error
     coacd.set_log_level("error")
     parts = coacd.run_coacd(coacd.Mesh(local, triangles.astype(np.int32)), threshold=0.02, seed=0)
     return tuple(np.asarray(vertices)[_hull(np.asarray(vertices)).vertices] for vertices, _ in parts)

@@ -27,6 +27,8 @@ SWEEPS = 2.0
 #: A free block thinner than this, relative to the median block size, does not come to rest under others (9 mm for
 #: bricks of 0.3 m).
 THINNEST = 0.03
+#: What is said of a block whose place is no longer finite.
+LOST = "was lost in the simulation (its position is not a number); forces, velocities and time steps must be smaller"
 #: Shapes may overlap by this share of the median block size before the first step; more of it flies apart.
 OVERLAP = 0.05
 
@@ -177,6 +179,27 @@ def check_rotations(assembly: Assembly, rotations: Floats) -> None:
     with np.errstate(invalid="ignore"):
         wrong = ~(np.abs(product - np.eye(3)).max(axis=(1, 2)) < 1e-6) | ~(np.linalg.det(rotations) > 0)
     _refuse(assembly, wrong, "has an orientation that is not a rotation")
+
+
+def check_places(assembly: Assembly, position: Floats, orientation: Floats) -> None:
+    """Check that an engine still knows where the blocks are.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    position : array of float, shape (n_blocks, 3)
+        Their places.
+    orientation : array of float, shape (n_blocks, ...)
+        Their orientations.
+
+    Raises
+    ------
+    InputError
+        For a place that is not finite; the message names the first block that is lost.
+    """
+    known = np.isfinite(position).all(axis=1) & np.isfinite(orientation).reshape(len(orientation), -1).all(axis=1)
+    _refuse(assembly, ~known, LOST)
 
 
 def check_blocks(assembly: Assembly, blocks: np.ndarray) -> None:

@@ -34,7 +34,7 @@ from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
 from dynsim.engine.bodies import Shape, outward_hull, shapes
 from dynsim.engine.friction import STICKY, has_own_friction
-from dynsim.engine.guards import check_assembly
+from dynsim.engine.guards import check_assembly, check_places
 from dynsim.engine.lmgc90_process import Scene, State
 from dynsim.engine.world import BLOCK_MASS, BLOCK_SIZE, GRAVITY, Action
 from dynsim.settings import Settings
@@ -77,6 +77,7 @@ class Lmgc90World:
     """
 
     settles = False  #: there is nothing to damp away before a free run
+    inertia_scale = 1.0  #: factor on the moments of inertia: it has the true ones
 
     def __init__(
         self,
@@ -229,15 +230,14 @@ class Lmgc90World:
 
         Raises
         ------
-        RuntimeError
+        InputError
             When LMGC90 lost a block: its position is not a number.
         """
         return self._poses(self._now.place, self._now.frame)
 
     def _poses(self, place: Floats, frame: Floats) -> tuple[Floats, Floats]:
         start, first = self._start.place, self._start.frame
-        if not (np.isfinite(place).all() and np.isfinite(frame).all()):
-            raise RuntimeError("LMGC90 lost a block (its position is not a number)")
+        check_places(self.assembly, place, frame)
         turned = frame @ first.swapaxes(1, 2)
         # The centre of mass of the pieces is not quite the centroid of the block.
         arm = self.assembly.centroid @ self._turn.T * self.length - start

@@ -148,7 +148,4 @@ def main() -> None:
     while True:
         pickle.dump(state, answers, protocol=pickle.HIGHEST_PROTOCOL)
         answers.flush()
-        steps = pickle.load(sys.stdin.buffer)
-        if not steps:
-            return
-        state = advanced(solver, (state.place, state.frame), steps)
+        state = advanced(solver, (state.place, state.frame), pickle.load(sys.stdin.buffer))

@@ -27,13 +27,11 @@ class StepLoads:
         self._inverse = np.linalg.inv(assembly.inertia)
         self._sum = np.zeros((2, assembly.n_blocks, 3))  #: forces [N] and couples [N m]
         self._used = False
-        self.inertia_scale = 1.0
-        self.keep = 1.0  #: share of the velocities that damping leaves in a step; Bullet's own would take the loads too
 
     @property
     def idle(self) -> bool:
-        """Whether the velocities stay as they are."""
-        return not self._used and self.keep == 1.0
+        """Whether nothing was added since the last step."""
+        return not self._used
 
     def add(self, forces: Floats, couples: Floats) -> None:
         """Add forces at the centroids and couples to those of the next time step.
@@ -46,7 +44,16 @@ class StepLoads:
         self._sum += forces, couples
         self._used = True
 
-    def take(self, rotation: Floats, linear: Floats, angular: Floats, time_step: float) -> tuple[Floats, Floats]:
+    def take(
+        self,
+        rotation: Floats,
+        linear: Floats,
+        angular: Floats,
+        time_step: float,
+        *,
+        left: float,
+        inertia_scale: float,
+    ) -> tuple[Floats, Floats]:
         """Return the velocities after what was added since the last call, and forget it.
 
         Parameters
@@ -57,15 +64,19 @@ class StepLoads:
             Velocities before [m/s], [1/s].
         time_step : float
             Time step [s].
+        left : float
+            Share of the velocities before that damping leaves.
+        inertia_scale : float
+            Factor on the inertia as built.
 
         Returns
         -------
         linear, angular : array of float, shape (n_blocks, 3)
             Velocities after [m/s], [1/s].
         """
-        inverse = rotation @ self._inverse @ rotation.swapaxes(1, 2) / self.inertia_scale
-        linear = self.keep * linear + self._sum[0] * (time_step / self._mass[:, None])
-        angular = self.keep * angular + np.einsum("nij,nj->ni", inverse, self._sum[1]) * time_step
+        inverse = rotation @ self._inverse @ rotation.swapaxes(1, 2) / inertia_scale
+        linear = left * linear + self._sum[0] * (time_step / self._mass[:, None])
+        angular = left * angular + np.einsum("nij,nj->ni", inverse, self._sum[1]) * time_step
         self._sum[:] = 0.0
         self._used = False
         return linear, angular

@@ -28,6 +28,7 @@ from dynsim.engine.guards import (
     check_assembly,
     check_blocks,
     check_overlap,
+    check_places,
     check_rotations,
     iterations_for,
     may_have_uneven_masses,
@@ -99,6 +100,7 @@ class World:
 
     settles = True  #: blocks sink and shake a little when they are put in place
     process_seconds = 0.0  #: process time of other processes [s]
+    inertia_scale = 1.0  #: factor on the moments of inertia as built; `scale_inertia` changes it
 
     def __init__(
         self,
@@ -150,6 +152,7 @@ class World:
         self._directory: tempfile.TemporaryDirectory[str] | None = None
         self._client = -1
         self._loads = StepLoads(assembly) if self._stepwise else None
+        self._damping = 0.0
         self._bodies: list[int] = []
         self._made: dict[bytes, int] = {}
         self._driven: dict[Action, Floats] = {}
@@ -188,7 +191,7 @@ class World:
         b = self._bullet
         b.setPhysicsEngineParameter(
             numSolverIterations=self.settings.iterations, physicsClientId=self._client, **ENGINE
-        )  # fmt: skip
+        )
         self.set_time_step(self.settings.time_step)
         self.set_gravity(self.assembly.gravity)
         # Boxes and hulls never mix: Bullet keeps a margin on one kind and not on the other, and boxes with the faces of
@@ -224,7 +227,7 @@ class World:
             baseOrientation=quaternion(shape.rotation).tolist(),
         )  # fmt: skip
         if body < 0:
-            raise RuntimeError(f'Bullet refused block "{assembly.names[block]}"')
+            raise InputError(f'Bullet refused block "{assembly.names[block]}"; draw it with fewer or larger faces')
         options: dict[str, Any] = {
             "lateralFriction": float(self._friction[block]), "spinningFriction": 0.0, "rollingFriction": 0.0,
             "restitution": 0.0, "linearDamping": 0.0, "angularDamping": 0.0, "frictionAnchor": ANCHOR,
@@ -259,13 +262,10 @@ class World:
         value : float
             Share of the velocity that a second at simulation scale takes away; 1 takes all of it away at every step.
         """
-        if self._loads is not None:
-            self._loads.keep = (1.0 - value) ** self.settings.time_step
-            value = 0.0
+        self._damping = value
+        own = 0.0 if self._stepwise else value  # Bullet's would take what acts in a step, too
         for body in self._bodies:
-            self._bullet.changeDynamics(
-                body, -1, linearDamping=value, angularDamping=value, physicsClientId=self._client
-            )
+            self._bullet.changeDynamics(body, -1, linearDamping=own, angularDamping=own, physicsClientId=self._client)
 
     def advance(self, time: float = 0.0) -> None:
         """Go forward by one look, which is `Settings.look_every` at simulation scale.
@@ -287,9 +287,11 @@ class World:
         for support, (displacement, velocity) in self._ways.items():
             self._put(support, displacement, velocity)
         self._ways.clear()
-        if self._loads is None or self._loads.idle:
+        if self._loads is None or (self._loads.idle and self._damping == 0):
             return
-        linear, angular = self._loads.take(self.poses()[1], *self.velocities(), self.time_step)
+        left = (1.0 - self._damping) ** self.settings.time_step
+        now = self.poses()[1], *self.velocities()
+        linear, angular = self._loads.take(*now, self.time_step, left=left, inertia_scale=self.inertia_scale)
         blocks = self.assembly.free
         if self.removed or self._held:
             blocks = np.setdiff1d(blocks, list(self.removed | self._held))
@@ -356,14 +358,13 @@ class World:
         scale : float
             Factor on the inertia as built.
         """
-        if self._loads is not None:
-            self._loads.inertia_scale = scale
+        self.inertia_scale = scale
         for block in self.assembly.free:
-            self._weigh(block, scale)
+            self._weigh(block)
 
-    def _weigh(self, block: int, scale: float = 1.0) -> None:
-        """Give a block its mass, and its moments of inertia times a factor."""
-        moments = scale * self._shapes[block].inertia * self._mass * self.length**2
+    def _weigh(self, block: int) -> None:
+        """Give a block its mass and its moments of inertia."""
+        moments = self.inertia_scale * self._shapes[block].inertia * self._mass * self.length**2
         self._bullet.changeDynamics(
             self._bodies[block], -1, mass=self.assembly.mass[block] * self._mass,
             localInertiaDiagonal=moments.tolist(), physicsClientId=self._client,
@@ -396,7 +397,7 @@ class World:
 
         Raises
         ------
-        RuntimeError
+        InputError
             When Bullet lost a block: its position is not a number.
         """
         answers = [
@@ -404,8 +405,7 @@ class World:
         ]
         position = np.array([answer[0] for answer in answers]) / self.length
         orientation = np.array([answer[1] for answer in answers])
-        if not (np.isfinite(position).all() and np.isfinite(orientation).all()):
-            raise RuntimeError("Bullet lost a block (its position is not a number)")
+        check_places(self.assembly, position, orientation)
         initial = np.stack([shape.rotation for shape in self._shapes])
         rotation = matrices(orientation) @ initial.swapaxes(1, 2)
         return position - self.assembly.centroid, rotation
@@ -519,9 +519,9 @@ class World:
         place = (self.assembly.centroid[support] + displacement) * self.length
         turned = b.getBasePositionAndOrientation(body, physicsClientId=self._client)[1]
         b.resetBasePositionAndOrientation(body, place.tolist(), turned, physicsClientId=self._client)
-        # The step adds gravity first.
-        at = velocity * (self.length / self.time) - self._gravity * self._acceleration * self.settings.time_step
-        b.resetBaseVelocity(body, at.tolist(), [0.0, 0.0, 0.0], physicsClientId=self._client)
+        # Bullet adds no gravity to a body that was made as a static one, and leaves it where it is put.
+        own = (velocity * (self.length / self.time)).tolist()
+        b.resetBaseVelocity(body, own, [0.0] * 3, physicsClientId=self._client)
 
     def remove(self, block: int) -> None:
         """Take a block out: nothing touches it any more, and `poses` tells where it last was.

@@ -24,6 +24,7 @@ from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.contact.penetration import overlaps
 from blockstat.errors import InputError
+from blockstat.geometry.components import connected_components
 from blockstat.geometry_repair.repair import close_joints
 from blockstat.geometry_repair.trimming import trim_overlaps
 from blockstat.typing import Floats
@@ -135,12 +136,13 @@ def _joined(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
     # A patch that is narrower than the corners moved may vanish: the sliver of a brick on the next but one.
     gap, lost = _gaps_after(closed, interfaces)
     open_still = (opening > 0) & (gap > tolerance) & ~(lost & (_width(interfaces) <= 2 * moved))
-    # All or nothing: blocks of which some were moved and some were not meet worse than blocks as drawn.
-    if open_still.any() and _drop(assembly, interfaces, opening, thrust=True).max() <= least:
-        return ClosedScene(assembly, interfaces, left=int(loose.sum()), misfit=float(own))
     drop = _drop(assembly, interfaces, gap, thrust=True)
-    if drop.max() > least:
-        raise InputError(_refusal(assembly, interfaces, open_still, drop))
+    falls = bool(drop.max() > least)
+    # All or nothing: blocks of which some were moved and some were not meet worse than blocks as drawn.
+    if (open_still.any() or falls) and _drop(assembly, interfaces, opening, thrust=True).max() <= least:
+        return ClosedScene(assembly, interfaces, left=int(loose.sum()), misfit=float(own))
+    if falls:
+        raise InputError(_refusal(assembly, interfaces, open_still if open_still.any() else lost, drop))
     mended = loose & ~open_still
     return ClosedScene(
         closed.with_(density=assembly.density * assembly.volume / closed.volume),
@@ -193,7 +195,8 @@ def _drop(assembly: Assembly, interfaces: Interfaces, gap: Floats, *, thrust: bo
     """How far each block falls at least until a chain of joints holds it, shape (n_blocks,) [m].
 
     A block falls by gap / cos(angle between normal and gravity) until a joint closes, so joints along gravity hold
-    nothing. With thrust they do, and a block falls by no less than the gap. Blocks that no such joint reaches have 0.
+    nothing. With thrust they do, and a block falls by no less than the gap. Blocks that no such joint reaches have 0,
+    and those that only lost joints reach, whose gap is infinite, have inf.
     """
     from scipy import sparse
     from scipy.sparse.csgraph import dijkstra
@@ -207,7 +210,8 @@ def _drop(assembly: Assembly, interfaces: Interfaces, gap: Floats, *, thrust: bo
     n = assembly.n_blocks
     graph = sparse.coo_array((fall[rows][first], (pair[:, 0], pair[:, 1])), shape=(n, n)).tocsr()
     far = dijkstra(graph, directed=False, indices=np.flatnonzero(assembly.support), min_only=True)
-    return np.where(np.isfinite(far), far, 0.0)
+    _, part = connected_components(n, pair)
+    return np.where(np.isin(part, part[assembly.support]), far, 0.0)
 
 
 def _cosine(assembly: Assembly, interfaces: Interfaces) -> Floats:
@@ -215,13 +219,15 @@ def _cosine(assembly: Assembly, interfaces: Interfaces) -> Floats:
     return np.abs(interfaces.frame[:, 0] @ (assembly.gravity / np.linalg.norm(assembly.gravity)))
 
 
-def _refusal(assembly: Assembly, interfaces: Interfaces, open_still: np.ndarray, drop: Floats) -> str:
-    worst = int(np.argmax(np.where(open_still, interfaces.gap, -1.0)))
+def _refusal(assembly: Assembly, interfaces: Interfaces, at_fault: np.ndarray, drop: Floats) -> str:
+    worst = int(np.argmax(np.where(at_fault, interfaces.gap, -1.0)))
     a, b = (assembly.names[block] for block in interfaces.pair[worst])
-    most = float(drop[np.isfinite(drop)].max())
+    first = int(np.argmax(drop))
+    far = f"blocks would fall by {1e3 * drop[first]:.2g} mm until they touch"
+    if np.isinf(drop[first]):
+        far = f'nothing would hold "{assembly.names[first]}"'
     return (
         f'blocks "{a}" and "{b}" do not meet at their joint: faces are off by {1e3 * interfaces.gap[worst]:.2g} mm, '
-        "statics count it as closed, and moving corners does not close it. In Bullet blocks would fall by "
-        f"{1e3 * most:.2g} mm until they touch; draw them so that they touch "
-        "(`blockstat repair` says what it leaves open)"
+        f"statics count it as closed, and moving corners does not close it. In Bullet {far}; draw them so that they "
+        "touch (`blockstat repair` says what it leaves open)"
     )

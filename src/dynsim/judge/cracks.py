@@ -27,7 +27,7 @@ class CrackOutcome(Sentence):
 
 @dataclass(frozen=True, eq=False)
 class Cracks(Result):
-    """All joints of an assembly, and how far each has opened and slid since release."""
+    """All joints of an assembly but those of blocks taken out, and how far each has opened and slid since release."""
 
     assembly: Assembly
     pair: Ints  #: shape (n_interfaces, 2), blocks a < b
@@ -105,6 +105,7 @@ def find_cracks(
     *,
     threshold: float | None = None,
     interfaces: Interfaces | None = None,
+    removed: Ints | None = None,
 ) -> Cracks:
     """Return the opening and the slip of each joint between two poses.
 
@@ -119,11 +120,13 @@ def find_cracks(
         Opening or slip from which a joint is cracked [m]; None: a hundredth of the size of its smaller block.
     interfaces : Interfaces, optional
         Joints of the assembly; searched for when None.
+    removed : array of int, optional
+        Blocks that were taken out: their joints are gone and do not count.
 
     Returns
     -------
     Cracks
-        All joints, and which of them are cracked.
+        All joints that are left, and which of them are cracked.
 
     Examples
     --------
@@ -138,6 +141,8 @@ def find_cracks(
     ('cracked', [0.01], [0.0])
     """
     faces = find_interfaces(assembly) if interfaces is None else interfaces
+    if removed is not None and len(removed):
+        faces = faces.subset(~np.isin(faces.pair, removed).any(axis=1))
     relative = _jump(assembly, faces, *after) - _jump(assembly, faces, *before)
     index = faces.point_interface
     normal = faces.frame[index, 0]

@@ -55,7 +55,7 @@ class DynamicSequence(Result):
     plan: Plan
     steps: tuple[StepRun, ...]
     threshold: float  #: displacement from which a block has fallen [m]
-    run: Run  #: one frame for the beginning and several a step; blocks that are not there yet lie where they were built
+    run: Run  #: one frame for the beginning and one for the end of each step; blocks to come lie where they were built
     warnings: tuple[str, ...] = ()
     resolution: float = STEP["resolution"]  #: the imbalance that would have shown in a step, as in `Settings`
 
@@ -222,7 +222,7 @@ class _Site:
         self._held = assembly.support.copy()
         self.threshold = settings.brick_threshold or default_threshold(assembly)
         self._number = {name: k for k, name in enumerate(assembly.names)}
-        self._placed = np.where(assembly.support, 0.0, np.inf)
+        self._placed = np.where(assembly.support, -np.inf, np.inf)
         self._boundary = [self._number[name] for name in plan.boundary]
         self._time, self._film = 0.0, _Film()
         self._look = settings.substeps * settings.time_step
@@ -231,6 +231,7 @@ class _Site:
             world.remove(int(block))
         for block in self._boundary:
             self._put_in(block)
+        self._placed[self._boundary] = -np.inf
         self._keep()
 
     def _numbers(self, names: tuple[str, ...]) -> list[int]:
@@ -261,6 +262,7 @@ class _Site:
         free = np.flatnonzero(self._present & ~hands)
         before = self._world.poses()
         if not len(free):
+            self._advance()  # nothing moves; the time tells the frames apart
             self._keep()
             return StepRun(DynamicOutcome.STANDS, 0.0, None, self._time)
         outcome, furthest, first = self._watch(free)

@@ -84,7 +84,8 @@ class Run:
     time_step: float  #: [s] at simulation scale
     pace: float  #: seconds of `Settings` a second of the scene: they are for blocks of 0.3 m and 2 m of height
     engine: str = "bullet"  #: what simulated it
-    placed: Floats | None = None  #: time at which each block was put in, shape (n_blocks,) [s]; None: at the start
+    #: time at which each block was put in, shape (n_blocks,) [s]; -inf before the start; None: all were
+    placed: Floats | None = None
 
     @property
     def since_release(self) -> Floats:
@@ -195,7 +196,7 @@ def simulate(
             times.append(frame * look / world.time)
             displacement.append(moved)
             rotation.append(turned)
-            kinetic.append(_kinetic(assembly, *world.velocities(), turned))
+            kinetic.append(_kinetic(assembly, *world.velocities(), turned, world.inertia_scale))
             new = [block for block in world.removed if np.isinf(removed[block])]
             removed[new] = times[-1] - look / world.time
             if progress is not None:
@@ -240,11 +241,11 @@ def rotation_vectors(start: Floats, end: Floats) -> Floats:
     return Rotation.from_matrix(end @ start.transpose(0, 2, 1)).as_rotvec()
 
 
-def _kinetic(assembly: Assembly, velocity: Floats, spin: Floats, rotation: Floats) -> float:
-    """Kinetic energy of the free blocks [J]."""
+def _kinetic(assembly: Assembly, velocity: Floats, spin: Floats, rotation: Floats, scale: float) -> float:
+    """Kinetic energy of the free blocks, their inertia scaled [J]."""
     free = assembly.free
     local = np.einsum("nji,nj->ni", rotation[free], spin[free])  # in the axes of the block as built
-    turning = np.einsum("ni,nij,nj->", local, assembly.inertia[free], local)
+    turning = scale * np.einsum("ni,nij,nj->", local, assembly.inertia[free], local)
     return float((assembly.mass[free] @ (velocity[free] ** 2).sum(axis=1) + turning) / 2)
 
 

@@ -308,7 +308,7 @@ class _Evaluator:
             first_time=float(run.times[frame]) if len(ever) else None,
             cracks=find_cracks(
                 assembly, (run.displacement[0], run.rotation[0]), (run.displacement[-1], run.rotation[-1]),
-                threshold=self._crack, interfaces=self._interfaces,
+                threshold=self._crack, interfaces=self._interfaces, removed=np.flatnonzero(np.isfinite(run.removed)),
             ),
             run=run, resolution=settings.resolution, settings=settings,
             warnings=(*caveats(self._actions), *_warnings(run, settling, self._brick)),

@@ -7,6 +7,7 @@ acceleration, on top of gravity, and displacements are relative to the ground. N
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,13 @@ SHAPES = {
     "half-sine": lambda x: np.sin(np.pi * x),
     "sine": lambda x: np.sin(2 * np.pi * x),
     "triangle": lambda x: 1 - abs(2 * x - 1),
+}
+#: Their integrals from 0 to x.
+INTEGRALS = {
+    "rectangle": lambda x: x,
+    "half-sine": lambda x: (1 - np.cos(np.pi * x)) / np.pi,
+    "sine": lambda x: (1 - np.cos(2 * np.pi * x)) / (2 * np.pi),
+    "triangle": lambda x: x**2 - 2 * max(x - 0.5, 0.0) ** 2,
 }
 
 
@@ -46,6 +54,21 @@ class Ground:
         """
         raise NotImplementedError
 
+    def velocity(self, time: float) -> Floats:
+        """Return the velocity of the ground.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Velocity [m/s]; 0 before the motion.
+        """
+        raise NotImplementedError
+
     def begin(self, world: World) -> None:
         """Do nothing: the ground is at rest until release.
 
@@ -57,7 +80,7 @@ class Ground:
         pass
 
     def act(self, world: World, time: float) -> None:
-        """Accelerate all blocks against the ground's acceleration in the middle of the next time step.
+        """Accelerate all blocks against the mean acceleration of the ground over the next time step.
 
         Parameters
         ----------
@@ -67,8 +90,9 @@ class Ground:
             Time since release [s], negative while settling.
         """
         if time >= 0:
-            # The middle of the step, so that a jump at its start counts once.
-            world.drive(self, -self.at(time + 0.5 * world.settings.time_step / world.time))
+            # By the velocities, so that nothing between two steps is lost: a pulse may be shorter than one.
+            step = world.time_step
+            world.drive(self, (self.velocity(time) - self.velocity(time + step)) / step)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +132,22 @@ class Ramp(Ground):
             Acceleration [m/s2].
         """
         return min(time / self.duration, 1.0) * np.asarray(self.to, dtype=float)
+
+    def velocity(self, time: float) -> Floats:
+        """Return the velocity of the ground.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Velocity [m/s]; 0 at release.
+        """
+        growing = min(time, self.duration)
+        return (growing**2 / (2 * self.duration) + time - growing) * np.asarray(self.to, dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,6 +194,22 @@ class Pulse(Ground):
         share = (time - self.start) / self.duration
         inside = 0 <= share < 1
         return (SHAPES[self.shape](share) if inside else 0.0) * np.asarray(self.peak, dtype=float)
+
+    def velocity(self, time: float) -> Floats:
+        """Return the velocity of the ground.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Velocity [m/s]; 0 before the pulse.
+        """
+        share = min(max((time - self.start) / self.duration, 0.0), 1.0)
+        return self.duration * INTEGRALS[self.shape](share) * np.asarray(self.peak, dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,3 +262,26 @@ class Record(Ground):
         if not self.times[0] <= time <= self.times[-1]:
             return np.zeros(3)
         return np.array([np.interp(time, self.times, self.acceleration[:, k]) for k in range(3)])
+
+    def velocity(self, time: float) -> Floats:
+        """Return the velocity of the ground.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Velocity [m/s]; 0 before the record.
+        """
+        within = min(max(time, self.times[0]), self.times[-1])
+        k = min(int(np.searchsorted(self.times, within, side="right")), len(self.times) - 1) - 1
+        return self._velocities[k] + (within - self.times[k]) * (self.acceleration[k] + self.at(within)) / 2
+
+    @cached_property
+    def _velocities(self) -> Floats:
+        """At the points of the record, shape (k, 3) [m/s]."""
+        gained = np.diff(self.times)[:, None] * (self.acceleration[1:] + self.acceleration[:-1]) / 2
+        return np.vstack([np.zeros(3), np.cumsum(gained, axis=0)])

@@ -17,7 +17,7 @@ from blockstat.typing import Floats
 from dynsim.checks import not_negative, positive, vector_of
 from dynsim.engine.world import World
 
-LEVEL = 1e-3  #: an axis whose sine with gravity is less is vertical
+LEVEL = 1e-3  #: an axis whose cosine with gravity is no more is level
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,14 +64,25 @@ class Tilt:
         return float(np.sign(self.to) * min(max(time, 0.0) * self.rate, abs(self.to)))
 
     def begin(self, world: World) -> None:
-        """Do nothing: the ground is level until release.
+        """Check that the axis is level.
 
         Parameters
         ----------
         world : World
             What the action acts on.
+
+        Raises
+        ------
+        InputError
+            For any other axis: about a vertical one the ground turns and does not tilt, and about one in between it
+            tilts by less than it turns.
         """
-        pass
+        axis, gravity = np.asarray(self.axis, dtype=float), world.assembly.gravity
+        if abs(axis @ gravity) > LEVEL * np.linalg.norm(axis) * np.linalg.norm(gravity):
+            raise InputError(
+                f"tilt: axis is {axis.tolist()}; it must be at right angles to gravity, which is {gravity.tolist()}, "
+                "so that the ground tilts by as much as it turns"
+            )
 
     def act(self, world: World, time: float) -> None:
         """Turn gravity, which is what tilting ground does to blocks.
@@ -87,10 +98,6 @@ class Tilt:
 
         axis = np.asarray(self.axis, dtype=float) / np.linalg.norm(self.axis)
         gravity = world.assembly.gravity
-        if np.linalg.norm(np.cross(axis, gravity)) < LEVEL * np.linalg.norm(gravity):
-            raise InputError(
-                f"tilt: axis is {list(self.axis)}; about a vertical axis the ground turns and does not tilt"
-            )
         turned = Rotation.from_rotvec(np.deg2rad(self.angle(time)) * axis).apply(gravity)
         world.drive(self, turned - gravity)
 
@@ -328,7 +335,7 @@ class Push:
         centre = assembly.centroid[block]
         arm = rotation @ (np.asarray(self.point if self.point is not None else centre, dtype=float) - centre)
         impulse = np.asarray(self.impulse, dtype=float)
-        inertia = rotation @ assembly.inertia[block] @ rotation.T
+        inertia = world.inertia_scale * rotation @ assembly.inertia[block] @ rotation.T
         spin = np.linalg.solve(inertia, np.cross(arm, impulse))
         world.set_velocity(block, linear + impulse / assembly.mass[block], angular + spin)
 
@@ -354,6 +361,17 @@ class Constant:
     travel = 0.0
     end = float("-inf")
 
+    def __post_init__(self) -> None:
+        try:
+            load = np.asarray(self.load, dtype=float)
+        except (TypeError, ValueError):
+            load = np.full(3, np.nan)  # refused below
+        if not ((load.shape == (3,) or load.shape[1:] == (6,)) and np.isfinite(load).all()):
+            raise InputError(
+                f"constant: load is {self.load!r}; it must be an acceleration of three finite numbers, or six finite "
+                "numbers a block"
+            )
+
     @property
     def each_step(self) -> bool:
         """Whether it acts at each time step: wrenches do, an acceleration is set once."""
@@ -371,8 +389,13 @@ class Constant:
         -------
         float
             Sum of its forces on the free blocks and of its moments over their sizes [N].
+
+        Raises
+        ------
+        InputError
+            As `begin` does.
         """
-        free, load = assembly.free, np.asarray(self.load, dtype=float)
+        free, load = assembly.free, self._checked(assembly)
         if not self.each_step:
             return float(assembly.mass[free].sum() * np.linalg.norm(load))
         arms = np.linalg.norm(load[free, 3:], axis=1) / assembly.size[free]
@@ -385,9 +408,22 @@ class Constant:
         ----------
         world : World
             What the action acts on.
+
+        Raises
+        ------
+        InputError
+            For wrenches on another number of blocks.
         """
+        load = self._checked(world.assembly)
         if not self.each_step:
-            world.drive(self, np.asarray(self.load, dtype=float))
+            world.drive(self, load)
+
+    def _checked(self, assembly: Assembly) -> Floats:
+        """The load as numbers that fit an assembly."""
+        load = np.asarray(self.load, dtype=float)
+        if load.shape not in ((3,), (assembly.n_blocks, 6)):
+            raise InputError(f"constant: load has shape {load.shape}; it must be (3,) or ({assembly.n_blocks}, 6)")
+        return load
 
     def act(self, world: World, time: float) -> None:
         """Apply wrenches for the next time step.

@@ -195,13 +195,15 @@ def criteria(verdict: DynamicVerdict) -> list[tuple[str, float, float]]:
     Returns
     -------
     list of (str, float, float)
-        Name, displacement and threshold [m] of Eq. 1, Eq. 2 and the length of the displacement.
+        Name, displacement and threshold [m] of Eq. 1, Eq. 2, the length of the displacement, and the way of a point at
+        half the size of its block from the centroid by its rotation.
     """
     roof = escape(verdict.group or "whole assembly")
     return [
         (f"Eq. 1, {roof} down", verdict.group_drop, verdict.roof_threshold),
         ("Eq. 2, a block down", verdict.max_drop, verdict.brick_threshold),
         ("a block, any way", verdict.max_displacement, verdict.brick_threshold),
+        ("a block, by turning", verdict.max_turn, verdict.turn_threshold),
     ]
 
 

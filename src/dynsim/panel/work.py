@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -98,7 +99,7 @@ def let_fall(channel: Channel, static: Verdict) -> None:
     gap = static.interfaces.searched
     try:
         verdict = verify(assembly, gap=gap)  # on joints with the edges that statics may have rounded
-    except (InputError, RuntimeError) as error:
+    except InputError as error:
         channel.send(Refused(str(error)))
         return
     channel.send(Fallen(verdict, likely_reason(static, verdict)))
@@ -136,14 +137,15 @@ def optimise(channel: Channel, model: Model, values: dict[str, float], names: li
         result = search(
             model.moved(values),
             static=lambda assembly, **options: assess(assembly, memory=memory, score=False, **options),
-            verify=lambda assembly: verify(assembly, gap=model.gap),
+            verify=partial(verify, gap=model.gap, statics=True),
             under=under,
             memory=memory,
             names=names,
             gap=model.gap,
             progress=lambda done, expected, last: channel.send(Step(done, expected, last)),
+            remark=likely_reason,
         )
-    except (InputError, RuntimeError) as error:
+    except InputError as error:
         channel.send(Refused(str(error)))
         return
     channel.send(Found(result.best_parameters))

@@ -325,14 +325,9 @@ class Line(threading.Thread):
     def run(self) -> None:
         """Take tasks until there are no more."""
         if self._early:
-            self._ask(ready, self._function)
+            self._answer(ready, self._function)  # what fails here fails with the first task, which says so
         while not self._stopped and (index := self._waiting.get()) is not None:
-            answer: Answer
-            try:
-                answer = self._ask(self._function, self._arguments[index])
-            except Exception as failure:
-                answer = None, f"internal error ({type(failure).__name__}: {failure})", ()
-            self._done.put((index, answer))
+            self._done.put((index, self._answer(self._function, self._arguments[index])))
         self.stop()
 
     def stop(self) -> None:
@@ -340,6 +335,13 @@ class Line(threading.Thread):
         with self._lock:
             self._stopped = True
             _end(self._process)
+
+    def _answer(self, function: Callable[[Any], Any], argument: Any) -> Answer:
+        """What came of a task, whatever fails: who waits for it waits for ever if this thread ends."""
+        try:
+            return self._ask(function, argument)
+        except Exception as failure:
+            return None, f"internal error ({type(failure).__name__}: {failure})", ()
 
     def _ask(self, function: Callable[[Any], Any], argument: Any) -> Answer:
         task = pickle.dumps((function, argument), protocol=pickle.HIGHEST_PROTOCOL)

@@ -279,7 +279,8 @@ class _Painter:
         # Blocks that are gone stay in the list without paint.
         colour[run.removed < run.times[frame] + 1e-12, 3] = 0.0
         if run.placed is not None:
-            colour[run.placed > run.times[frame] + 1e-12, 3] = 0.0
+            # A block is put in at the beginning of a step, which is the time of the frame before.
+            colour[run.placed >= run.times[frame] - 1e-12, 3] = 0.0
         vertices = posed(assembly, run.displacement[frame], run.rotation[frame])
         polygons, paint, outline = visible(assembly, vertices, self.view, colour)
         axes.add_collection(PolyCollection(polygons, facecolors=paint, edgecolors=outline, linewidths=0.3))

@@ -1,0 +1,72 @@
+"""STL as text: solids between lines "solid NAME" and "endsolid NAME".
+
+trimesh looks for these words anywhere, in names too, and leaves out a solid without an end.
+"""
+
+from __future__ import annotations
+
+import re
+from itertools import count
+from pathlib import Path
+
+from blockstat.errors import InputError
+
+#: A line that begins or ends a solid; a byte order mark may stand before the first.
+LINE = re.compile(rb"^(?:\xef\xbb\xbf)?[ \t]*(end)?solid(?=\s|$)[ \t]*([^\r\n]*)", re.MULTILINE | re.IGNORECASE)
+
+
+def numbered(data: bytes) -> bytes:
+    r"""Return an STL with its solids named by their numbers, from which `names` tells what they are called.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+
+    Returns
+    -------
+    bytes
+        The file as it is where it is binary.
+
+    Raises
+    ------
+    InputError
+        For a text that ends before its last solid does.
+
+    Examples
+    --------
+    >>> numbered(b"solid a wall\nendsolid a wall\nsolid\nendsolid\n").split(b"\n")
+    [b'solid 0', b'endsolid', b'solid 1', b'endsolid', b'']
+    """
+    if _is_binary(data):
+        return data
+    ends = [found[1] is not None for found in LINE.finditer(data)]
+    begun, ended = ends.count(False), ends.count(True)
+    if begun != ended:
+        raise InputError(f'it is cut short: {begun} lines begin with "solid" and {ended} with "endsolid"')
+    numbers = count()
+    return LINE.sub(lambda found: b"endsolid" if found[1] else b"solid %d" % next(numbers), data)
+
+
+def names(path: Path) -> list[str]:
+    """Return what the solids of an STL are called.
+
+    Parameters
+    ----------
+    path : Path
+        A file that `numbered` takes.
+
+    Returns
+    -------
+    list of str
+        One for each solid of a text, "" for none; binary files name nothing.
+    """
+    data = path.read_bytes()
+    if _is_binary(data):
+        return []
+    return [found[2].decode("utf-8", "replace").strip() for found in LINE.finditer(data) if not found[1]]
+
+
+def _is_binary(data: bytes) -> bool:
+    """Whether the file is as long as a binary one: 80 bytes, the number of facets, and 50 bytes a facet."""
+    return len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
