@@ -54,6 +54,18 @@ def places(tmp_path):
 @pytest.mark.parametrize(
     ("command", "words"),
     [
+        (
+            "check {post} --imperfection friction=0.1 --imperfection friction=0.05",
+            "--imperfection gives friction twice",
+        ),
+        ("check {post} --imperfection density.a=0.9,1 --imperfection density.a=1,1.1", "gives density.a twice"),
+        (
+            "reliability {post} --uncertain friction=normal,0.6,0.1 --uncertain friction=normal,0.3,0.1",
+            "--uncertain gives friction twice",
+        ),
+        ("check {post} --format compas-model", "--format goes with -o FILE.json"),
+        ("check {post} --format compas-model -o {folder}/a.glb", "--format goes with -o FILE.json"),
+        ("check {post} --format nonsense -o {folder}/a.json", "--format"),
         ("capacity {post}", "--load AX,AY,AZ or --case NAME with live loads is needed: what grows until the limit"),
         ("limit {post} --case resting --loads {cases}", 'case "resting" has no live loads; give what grows by --load'),
         ("prove {post} --limit -o {folder}/p.json", "--load AX,AY,AZ or --case NAME with live loads is needed"),

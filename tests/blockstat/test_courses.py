@@ -171,6 +171,7 @@ def test_the_command_prints_the_courses_and_writes_the_plan(tmp_path):
     for options, message in (
         (["--along", "1,0"], '--along is "1,0"'),
         (["--along", "1,0,0", "--along", "0,0,1"], "--along is given twice"),
+        (["--along", "wall=1,0,0", "--along", "wall=0,0,1"], "--along gives wall twice"),
         (["--flow", "coulomb"], '--courses has flow "associated" alone'),
     ):
         bad = CliRunner().invoke(app, [*command, *options])

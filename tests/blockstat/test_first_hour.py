@@ -25,6 +25,9 @@ def test_examples_are_listed_and_written(tmp_path, capsys, monkeypatch, root):
     assert (tmp_path / "canopy.obj").is_file()  # which the scene names
     assert run("example", "canopy") == 2
     assert "canopy.toml: exists; give another place by -o" in capsys.readouterr().err
+    (tmp_path / "canopy.toml").unlink()
+    assert run("example", "canopy") == 2
+    assert not (tmp_path / "canopy.toml").exists()  # nothing is written where not all can be
     assert run("example", "cathedral") == 2
     assert 'no example "cathedral"; examples are: aqueduct, arcade' in capsys.readouterr().err
 

@@ -23,6 +23,7 @@ from blockstat.cli.options import (
     gap_of,
     inputs,
     numbers,
+    once,
     print_json,
     said,
 )
@@ -152,12 +153,13 @@ def _random(given: list[str]) -> dict[str, Random]:
     """The random variables that the options name."""
     from blockstat.chance.variables import Random
 
-    found = {}
+    found: dict[str, Random] = {}
     for text in given:
         key, equals, rest = (part.strip() for part in text.partition("="))
         parts = [part.strip() for part in rest.split(",")]
         if not equals or not 3 <= len(parts) <= 5:
             raise InputError(f'--uncertain is "{text}"; it must read {FORM}')
+        once(found, key, "--uncertain")
         low, high = numbers(",".join(parts[1:3]), 2, "--uncertain", FORM)
         each = parts[3] if len(parts) > 3 else "all"
         correlation = numbers(parts[4], 1, "--uncertain", FORM)[0] if len(parts) > 4 else 0.0

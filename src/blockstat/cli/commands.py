@@ -46,7 +46,7 @@ from blockstat.cli.studies import (
     report_command,
     tie_command,
 )
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_choice
 
 MOST_TIGHTNESSES = 10_000  #: each is a solve; this many tell a share to a hundredth
 Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")]
@@ -176,13 +176,19 @@ def check(
             help="Also write the blocks with displacement and demand (.glb, .obj), or with joints and forces (.json).",
         ),
     ] = None,
-    format: Annotated[str, typer.Option(help="Of -o FILE.json: compas-assembly or compas-model.")] = "compas-assembly",
+    format: Annotated[
+        str | None, typer.Option(help="Of -o FILE.json: compas-assembly (default) or compas-model.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Give a static verdict on whether an assembly stands, with its certificate."""
     from blockstat.analysis.assess import assess
-    from blockstat.view.attributes import write_verdict
+    from blockstat.view.attributes import COMPAS_FORMATS, write_verdict
 
+    if format is not None:
+        check_choice("--format", format, COMPAS_FORMATS)
+        if output is None or output.suffix.lower() != ".json":
+            raise InputError("--format goes with -o FILE.json")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
     acting = chosen_case(assembly, file, case, loads, gap=near)
@@ -194,7 +200,7 @@ def check(
     with at_work(f"judging {assembly.n_blocks:,} blocks"):
         verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent, **options)
     if output is not None:
-        write_verdict(verdict, output, format=format)
+        write_verdict(verdict, output, format=format or COMPAS_FORMATS[0])
     files = {"output": str(output)} if output is not None else {}
     if as_json:
         summary = verdict.summary()

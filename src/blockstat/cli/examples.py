@@ -33,9 +33,11 @@ def example_command(
         raise InputError(f"{target}: no such directory: {target.parent}")
     text = text_of(places[name])
     named = re.findall(r'^file *= *"([^"/]+)"', text, re.MULTILINE)
-    for source, place in [(places[name], target), *((places[name].parent / n, target.parent / n) for n in named)]:
+    copies = [(places[name], target), *((places[name].parent / n, target.parent / n) for n in named)]
+    for _, place in copies:
         if place.exists():
             raise InputError(f"{place}: exists; give another place by -o")
+    for source, place in copies:
         with written_whole(place) as beside:
             beside.write_bytes(source.read_bytes())
         typer.echo(str(place))

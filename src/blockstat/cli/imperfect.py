@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from blockstat.cli.options import once
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
@@ -53,9 +54,12 @@ def imperfections_of(given: list[str] | None) -> Imperfections | None:
     from blockstat.imperfection.imperfections import Imperfections
 
     found: dict[str, Any] = {}
+    seen = set[str]()
     for text in given:
         key, equals, value = (part.strip() for part in text.partition("="))
         kind, _, group = key.partition(".")
+        once(seen, key, "--imperfection")
+        seen.add(key)
         try:
             if equals and key == "edge":
                 found["edge"] = value

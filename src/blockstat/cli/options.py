@@ -7,7 +7,7 @@ import json
 import math
 import sys
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -260,6 +260,27 @@ def modified(assembly: Assembly, *, friction: float | None, gravity: str | None,
     if tilt is not None:
         changes["gravity"] = _tilted(changes.get("gravity", assembly.gravity), tilt)
     return assembly.with_(**changes) if changes else assembly
+
+
+def once(found: Container[str], key: str, option: str) -> None:
+    """Raise InputError where an option has named a key before.
+
+    Parameters
+    ----------
+    found : container
+        The keys that have been read.
+    key : str
+        The key that is read now.
+    option : str
+        The option.
+
+    Raises
+    ------
+    InputError
+        Naming the key.
+    """
+    if key in found:
+        raise InputError(f"{option} gives {key or 'its value'} twice")
 
 
 def numbers(text: str, count: int, option: str, form: str) -> list[float]:

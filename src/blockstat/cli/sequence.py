@@ -20,6 +20,7 @@ from blockstat.cli.options import (
     gap_of,
     load,
     numbers,
+    once,
     print_json,
 )
 from blockstat.errors import InputError
@@ -200,7 +201,10 @@ def _along(given: list[str] | None) -> Along:
     split = [text.rpartition("=") for text in given or ()]
     if len(split) > 1 and not all(group for group, _, _ in split):
         raise InputError("--along is given twice; without GROUP= there is one direction for all")
-    directions = {group: numbers(direction, 3, "--along", form) for group, _, direction in split}
+    directions: dict[str, list[float]] = {}
+    for group, _, direction in split:
+        once(directions, group, "--along")
+        directions[group] = numbers(direction, 3, "--along", form)
     return directions.get("", directions or None)
 
 

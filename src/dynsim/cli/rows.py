@@ -71,6 +71,8 @@ def side_by_side(
             number.append(i)
         except InputError as error:
             rows[i] = Row(file.stem, None, error.line)
+        except OSError as error:
+            rows[i] = Row(file.stem, None, f"{file}: {error.strerror or error}")
     with at_work(f"0/{len(assemblies)}") as say:
         done: list[int] = []
 

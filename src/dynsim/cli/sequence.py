@@ -72,7 +72,7 @@ def _assembly_of(plan: Path) -> Path:
         named = json.loads(text_of(plan)).get("assembly", "")
     except InputError:
         raise
-    except (ValueError, AttributeError):
+    except (ValueError, AttributeError, RecursionError):
         named = ""
     if not named:
         raise InputError(f"{plan}: names no assembly; write `dynsim sequence ASSEMBLY --plan PLAN.json`")
