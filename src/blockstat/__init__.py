@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from blockstat.loading.cases import LoadCase, load_case, load_cases
     from blockstat.loading.ground import dispersed_load, fill_load, fluid_pressure
     from blockstat.loading.on_faces import body_load, line_load, patch_load, surface_load
+    from blockstat.loading.placed import PlacedForces
     from blockstat.loads import acceleration, point_load
     from blockstat.model.solids import box
     from blockstat.program.bonds import Bonds
@@ -131,26 +132,27 @@ __all__ = [
     "FalseworkOutcome", "FirstOrder", "FirstOrderOutcome", "Floor", "Foundation", "Imperfections", "InputError",
     "InputWarning", "Interfaces", "JointLaw", "LimitLoad", "LimitState", "LinearCheck", "LoadCase", "LoadDomain",
     "LoadOutcome", "Margin", "Memory", "MovingLoad", "MovingOutcome", "NonlinearCheck", "OrderCount",
-    "OrderOutcome", "OrderResult", "Outcome", "PathEvent", "PathOutcome", "Plan", "PlanVerdict", "PointGradient",
-    "ProofFile", "ProofOutcome", "Prop", "Random", "Range", "Reliability", "ReliabilityOutcome", "RepairOutcome",
-    "RepairReport", "ReserveMap", "Result", "RockingBlock", "SafestOrder", "Scene", "SearchOutcome", "SearchResult",
-    "Sentence", "Settlement", "SettlementOutcome", "SettlementPath", "Site", "Space", "SpectrumTable", "Step",
-    "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict",
-    "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan", "assess_stages", "assess_states",
-    "assessment_html", "body_load", "box", "build", "build_by_courses", "capacity", "centring", "check_plan",
-    "count_orders", "decentring", "dispersed_load", "falsework", "fewest_props", "fill_load", "find_interfaces",
-    "find_order", "first_order", "fluid_pressure", "fragility", "friction_limit", "glued", "grid", "hoists",
-    "interactive_html", "latin_hypercube", "least_centring", "limit_load", "limit_load_by_direction",
-    "limit_load_by_point", "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases",
-    "load_domain", "load_scene", "mechanism_pose", "moving_load", "nonlinear_check", "overlaps", "parameters",
-    "patch_load", "plot", "plot_capacity", "plot_directions", "plot_forces", "plot_mechanism", "plot_plan",
-    "plot_removal", "plot_reserve_map", "plot_settlement", "plot_stone_sensitivity", "plot_thrust",
-    "plot_utilisation", "plot_verdict", "point_load", "prove", "prove_limit", "prove_verdict", "random_variables",
-    "read", "read_plan", "reliability", "remove_each", "repair", "reserve_map", "safest_order", "scene_from",
-    "scene_text", "score_by_point", "score_gradient", "search", "settle", "settle_to_collapse", "settlement",
-    "shared_points", "show", "side_wall_friction", "space_of", "stone_sensitivity", "surface_load", "sweep",
-    "tendon_load", "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values", "write",
-    "write_mechanism", "write_motion", "write_path", "write_plan", "write_plan_film", "write_verdict",
+    "OrderOutcome", "OrderResult", "Outcome", "PathEvent", "PathOutcome", "PlacedForces", "Plan", "PlanVerdict",
+    "PointGradient", "ProofFile", "ProofOutcome", "Prop", "Random", "Range", "Reliability", "ReliabilityOutcome",
+    "RepairOutcome", "RepairReport", "ReserveMap", "Result", "RockingBlock", "SafestOrder", "Scene",
+    "SearchOutcome", "SearchResult", "Sentence", "Settlement", "SettlementOutcome", "SettlementPath", "Site",
+    "Space", "SpectrumTable", "Step", "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie",
+    "TieOutcome", "TieRange", "Verdict", "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan",
+    "assess_stages", "assess_states", "assessment_html", "body_load", "box", "build", "build_by_courses",
+    "capacity", "centring", "check_plan", "count_orders", "decentring", "dispersed_load", "falsework",
+    "fewest_props", "fill_load", "find_interfaces", "find_order", "first_order", "fluid_pressure", "fragility",
+    "friction_limit", "glued", "grid", "hoists", "interactive_html", "latin_hypercube", "least_centring",
+    "limit_load", "limit_load_by_direction", "limit_load_by_point", "limit_load_gradient", "line_load",
+    "linear_check", "load_case", "load_cases", "load_domain", "load_scene", "mechanism_pose", "moving_load",
+    "nonlinear_check", "overlaps", "parameters", "patch_load", "plot", "plot_capacity", "plot_directions",
+    "plot_forces", "plot_mechanism", "plot_plan", "plot_removal", "plot_reserve_map", "plot_settlement",
+    "plot_stone_sensitivity", "plot_thrust", "plot_utilisation", "plot_verdict", "point_load", "prove",
+    "prove_limit", "prove_verdict", "random_variables", "read", "read_plan", "reliability", "remove_each", "repair",
+    "reserve_map", "safest_order", "scene_from", "scene_text", "score_by_point", "score_gradient", "search",
+    "settle", "settle_to_collapse", "settlement", "shared_points", "show", "side_wall_friction", "space_of",
+    "stone_sensitivity", "surface_load", "sweep", "tendon_load", "thrust_range", "tie_gain", "tie_range",
+    "tilt_limit", "utilisation", "with_values", "write", "write_mechanism", "write_motion", "write_path",
+    "write_plan", "write_plan_film", "write_verdict",
 ]
 # fmt: on
 
@@ -190,6 +192,7 @@ _HOMES = {
         "large_displacement.capacity_curve": "CapacityCurve CapacityOutcome CapacityPoint",
         "large_displacement.linkage.path": "PathEvent",
         "loading.cases": "LoadCase load_case load_cases",
+        "loading.placed": "PlacedForces",
         "proof.proof_file": "ProofFile ProofOutcome prove prove_limit prove_verdict",
         "reinforcement.ties": "TieOutcome TieRange anchor_plate tendon_load tie_gain tie_range",
         "studies.settling_path": "PathOutcome SettlementPath settle_to_collapse",

@@ -303,6 +303,28 @@ def check_friction(value: Any) -> float:
     return float(value)
 
 
+def check_positive(what: str, value: Any, *, least: float = 0.0) -> None:
+    """Raise InputError unless a value is a finite number above 0, or of at least another bound.
+
+    Parameters
+    ----------
+    what : str
+        What it is; the message begins with it.
+    value : object
+        What was given.
+    least : float, optional
+        The bound; 0 is not allowed itself.
+
+    Raises
+    ------
+    InputError
+        For anything else.
+    """
+    if isinstance(value, (int, float, np.number)) and np.isfinite(value) and value >= least and value > 0:
+        return
+    raise InputError(f"{what} is {value!r}; it must be {f'at least {least:g}' if least else 'above 0'}")
+
+
 def check_seed(value: Any) -> None:
     """Raise InputError unless random numbers can be drawn from a seed.
 

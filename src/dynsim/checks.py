@@ -60,25 +60,6 @@ def vector_of(value: Any, what: str, *, zero: bool = False) -> Floats:
     return vector
 
 
-def positive(value: float, what: str) -> None:
-    """Check that a number is finite and positive.
-
-    Parameters
-    ----------
-    value : float
-        What was given.
-    what : str
-        What it is for; the message begins with it.
-
-    Raises
-    ------
-    InputError
-        For any other number.
-    """
-    if not (np.isfinite(value) and value > 0):
-        raise InputError(f"{what} is {value!r}; it must be above 0")
-
-
 def not_negative(value: float, what: str) -> None:
     """Check that a number is finite and not negative.
 

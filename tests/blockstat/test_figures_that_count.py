@@ -106,7 +106,10 @@ def test_loads_on_faces_go_by_the_tolerances_that_are_stated():
     assert set(cases.KINDS) == {
         "point", "line", "patch", "surface", "body", "acceleration", "pressure", "fill", "dispersed",
     }  # fmt: skip
-    assert (cases.KINDS["point"], cases.KINDS["acceleration"]) == (point_load, acceleration)
+    assert cases.KINDS["acceleration"] is acceleration
+    push = {"kind": "point", "block": "one", "point": [0, 1, 1], "force": [1, 2, 3]}
+    made = cases.load_case(asm, "n", {"push": push}, {"n": {"factors": {"push": 2.0}}})
+    np.testing.assert_allclose(made.permanent, 2 * point_load(asm, "one", (0, 1, 1), (1, 2, 3)), rtol=1e-14)
     with pytest.raises(AttributeError):
         case.name = "m"
     with pytest.raises(AttributeError):

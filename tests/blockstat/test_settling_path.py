@@ -1,18 +1,37 @@
 """What a settlement path tells where nothing resists, where it is broken off, and where it cannot begin."""
 
+import json
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from blockstat import Assembly, InputError, JointLaw, Tie, box, find_interfaces, settle, settle_to_collapse
+from blockstat import (
+    Assembly,
+    InputError,
+    JointLaw,
+    Tie,
+    box,
+    find_interfaces,
+    point_load,
+    settle,
+    settle_to_collapse,
+    write,
+)
 from blockstat.model import arch, assemble
 from blockstat.studies import settling_path
 from blockstat.studies.settling_path import PathOutcome
 from evidence.scenes.small import assembly, prism
 
 SINKS = {"right": (0, 0, -1)}
+
+
+def run(*arguments):
+    command = [sys.executable, "-m", "blockstat", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True)
 
 
 def portal(**options):
@@ -253,6 +272,36 @@ def test_a_lintel_on_a_longer_bearing_begins_to_slide_at_the_other_wall(steps):
     assert 2 - away < 0.1
     path = settle_to_collapse(lintel(0.1), {"right": (0, 0, -1)}, steps=steps)
     assert path.collapse == pytest.approx(away * np.tan(np.arccos(away / 2.5)), rel=0.01)
+
+
+def test_the_loads_of_a_case_go_with_their_points(tmp_path):
+    """A load as heavy as the lintel, in the middle of its top: moments about the edge of the left wall.
+
+    The lintel slides at the right and turns by t; its corner is at 2 cos t, 2 sin t below the edge.
+    """
+    made = lintel(0.04)
+    file, cases = write(made, tmp_path / "lintel.json"), tmp_path / "cases.toml"
+    weight = float(made.mass[2]) * 9.80665
+    point = f'kind = "point"\nblock = "lintel"\npoint = [1.75, 0.5, 0.5]\nforce = [0, 0, {-weight}]'
+    cases.write_text(f"[loads.top]\n{point}\n[cases.loaded.factors]\ntop = 1.0\n")
+    options = ("--move", "right:0,0,-1", "--until", "0.3", "--case", "loaded", "--loads", cases, "--json")
+    answer = run("settle", file, *options)
+    assert answer.returncode == 0, answer.stderr
+    told = json.loads(answer.stdout)["path"]
+    sine = np.array(told["displacement"]) / 2
+    cosine = np.sqrt(1 - sine**2)
+    arms = (0.75 * cosine + 0.25 * sine) + (0.75 * cosine + 0.5 * sine)
+    expected = weight * arms / (2 * cosine + 0.7 * 2 * sine)
+    assert sine[-1] == pytest.approx(0.15)
+    np.testing.assert_allclose(told["reaction"][1:], expected[1:], rtol=1e-3)
+    assert not any("centroids" in text for text in told["warnings"])
+
+
+def test_wrenches_are_said_to_move_with_the_centroids():
+    made = lintel(0.04)
+    top = point_load(made, "lintel", (1.75, 0.5, 0.5), (0, 0, -1e3))
+    path = settle_to_collapse(made, {"right": (0, 0, -1)}, loads=top, displacement=0.01, steps=1)
+    assert any("centroids" in text for text in path.warnings)
 
 
 def flat_arch(rise, unit=1.0, friction=5.0):

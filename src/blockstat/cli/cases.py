@@ -95,12 +95,10 @@ def placed_load_and_loads(load: str | None, case: LoadCase | None) -> tuple[Any,
     InputError
         Where nothing would grow.
     """
-    growing, permanent = load_and_loads(load, case)
-    if case is None or case.placed_permanent is None or case.placed_live is None:
-        return growing, permanent
-    if load is None:
-        return case.placed_live, case.placed_permanent
-    return growing, case.placed_permanent.plus(case.placed_live)
+    growing, _ = load_and_loads(load, case)
+    if case is None:
+        return growing, None
+    return (case.placed_live, case.placed_permanent) if load is None else (growing, case.placed_loads)
 
 
 def load_and_loads(load: str | None, case: LoadCase | None, *, weighted: bool = False) -> tuple[Any, Any]:

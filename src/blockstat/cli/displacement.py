@@ -134,6 +134,8 @@ def capacity_command(
 def settle_command(
     file: FileArgument,
     move: Moves,
+    case: Case = None,
+    loads: LoadsFile = None,
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
@@ -154,9 +156,7 @@ def settle_command(
     from blockstat.view.settling import film_path, plot_settlement, write_path
 
     film = None if film is None else film_path(film)
-    moves = dict(_move(text) for text in move)
-    if len(moves) < len(move):
-        raise InputError("--move names a part twice; give its whole displacement once")
+    moves = _moves(move)
     if until is not None and not until >= 0:
         raise InputError(f"--until is {until:g}; it must be a length in metres, or 0")
     if steps < 1:
@@ -165,15 +165,17 @@ def settle_command(
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     for displacement in moves.values():
         doubt_movement(assembly, "--move", displacement)
+    chosen = chosen_case(assembly, file, case, loads, gap=near)
+    here, moved = (None, None) if chosen is None else (chosen.loads, chosen.placed_loads)
     with at_work(f"settling {assembly.n_blocks:,} blocks") as say:
-        found = settle(assembly, moves, gap=near)
+        found = settle(assembly, moves, loads=here, gap=near)
         reason = "--until 0" if until == 0 else why_not_followed(found.assembly, found.interfaces)
         if reason and film is not None:
             raise InputError(f"--film: {reason}")
         path = None
         if not reason:
             say("following the settlement")
-            options = {"interfaces": found.interfaces, "displacement": until, "steps": steps}
+            options = {"loads": moved, "interfaces": found.interfaces, "displacement": until, "steps": steps}
             try:
                 path = settle_to_collapse(
                     assembly, moves, progress=lambda there, reaction: say(f"{there:.4g} m: {reaction:.4g} N"), **options
@@ -182,10 +184,9 @@ def settle_command(
                 reason = "interrupted"
     files = drawn(output=(plot_settlement, found, output), film=(write_path, path, film if path else None))
     if as_json:
+        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
         further = {"collapse": path and path.collapse, "path": path and path.summary()}
-        print_json(
-            {"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **further, **files}
-        )
+        print_json({"file": str(file), **echo, **found.summary(), **further, **files})
         return
     basis = said(assembly, units=units, gap=near)
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
@@ -277,6 +278,14 @@ def _point(control: str | None) -> Any:
     """A control with a point of its block, or as it is."""
     block, colon, point = (control or "").rpartition(":")
     return (block, numbers(point, 3, "--control", "BLOCK:X,Y,Z")) if colon else control
+
+
+def _moves(given: list[str]) -> dict[Any, list[float]]:
+    """The displacement of each part."""
+    moves = dict(_move(text) for text in given)
+    if len(moves) < len(given):
+        raise InputError("--move names a part twice; give its whole displacement once")
+    return moves
 
 
 def _move(text: str) -> tuple[Any, list[float]]:

@@ -21,8 +21,8 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
 from blockstat.code_check.pushed import G, check_pushed, mass_points
-from blockstat.code_check.spectrum import Floor, Site, Spectrum, check_number
-from blockstat.errors import InputError, check_vector, known_options
+from blockstat.code_check.spectrum import Floor, Site, Spectrum
+from blockstat.errors import InputError, check_positive, check_vector, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.result import Result, Sentence
@@ -210,7 +210,7 @@ def linear_check(
         raise InputError(f"no mechanism to verify: {limit.outcome.value}")
     check_level(limit.assembly, direction)
     for name, value in (("confidence", confidence), ("behaviour", behaviour), ("macro_blocks", macro_blocks)):
-        check_number(name, value, least=1)
+        check_positive(name, value, least=1)
     if demand is not None:
         check_demand("demand", demand)
     ground: Spectrum = Site() if site is None else site

@@ -34,8 +34,8 @@ from blockstat.code_check.linear import (
     work_sums,
 )
 from blockstat.code_check.pushed import G, check_pushed, mass_points
-from blockstat.code_check.spectrum import Floor, Site, Spectrum, check_number
-from blockstat.errors import InputError, check_choice, known_options
+from blockstat.code_check.spectrum import Floor, Site, Spectrum
+from blockstat.errors import InputError, check_choice, check_positive, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome
 from blockstat.result import Result
 from blockstat.typing import Floats, Ints
@@ -267,7 +267,7 @@ def nonlinear_check(
     ['0.077160', '0.162041', '0.237594']
     """
     check_choice("shape", shape, ("curve", "line"))
-    check_number("confidence", confidence, least=1)
+    check_positive("confidence", confidence, least=1)
     if curve.outcome not in (CapacityOutcome.ZERO, CapacityOutcome.COLLAPSE):
         raise InputError(f"the capacity curve does not tell where the multiplier is zero. {curve.outcome.value}")
     asked = dict(demand or {})

@@ -13,9 +13,8 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad
 from blockstat.analysis.problem import Loads, checked_loads
-from blockstat.code_check.spectrum import check_number
 from blockstat.contact.cells import centres
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_positive
 from blockstat.loads import acceleration, three
 from blockstat.program.ties import tie_wrenches
 from blockstat.typing import Floats, Ints
@@ -146,5 +145,5 @@ def mass_points(
         blocks = assembly.blocks_named(name, "masses")
         if len(blocks) != 1:
             raise InputError(f"masses: {name!r} are {len(blocks)} blocks; give one")
-        check_number(f"masses: the weight on {name!r}", weight)
+        check_positive(f"masses: the weight on {name!r}", weight)
         yield int(blocks[0]), three(point, "masses: the point"), float(weight)

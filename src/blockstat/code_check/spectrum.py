@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from blockstat.errors import InputError, check_choice
+from blockstat.errors import InputError, check_choice, check_positive
 
 #: Table 3.2.IV: least S_S, a and b of `S_S = a - b F0 ag/g`, greatest S_S; and p, q of `C_C = p TC*^q`.
 SOILS = {
@@ -17,28 +16,6 @@ SOILS = {
     "D": (0.9, 2.4, 1.5, 1.8, 1.25, -0.5),
     "E": (1.0, 2.0, 1.1, 1.6, 1.15, -0.4),
 }
-
-
-def check_number(what: str, value: Any, *, least: float = 0.0) -> None:
-    """Raise InputError unless a value is a finite number above 0, or of at least another bound.
-
-    Parameters
-    ----------
-    what : str
-        What it is; the message begins with it.
-    value : object
-        What was given.
-    least : float, optional
-        The bound; 0 is not allowed itself.
-
-    Raises
-    ------
-    InputError
-        For anything else.
-    """
-    if isinstance(value, (int, float, np.number)) and np.isfinite(value) and value >= least and value > 0:
-        return
-    raise InputError(f"{what} is {value!r}; it must be {f'at least {least:g}' if least else 'above 0'}")
 
 
 @dataclass(frozen=True)
@@ -60,7 +37,7 @@ class Site:
     def __post_init__(self) -> None:
         check_choice("soil", self.soil, SOILS)
         for name in ("f0", "tc_star", "topography"):
-            check_number(f"site: {name}", getattr(self, name))
+            check_positive(f"site: {name}", getattr(self, name))
 
     @property
     def words(self) -> str:
@@ -196,7 +173,7 @@ class Floor:
 
     def __post_init__(self) -> None:
         for name in ("period", "own_period", "gamma", "psi", "damping", "own_damping"):
-            check_number(f"floor: {name}", getattr(self, name))
+            check_positive(f"floor: {name}", getattr(self, name))
 
     def factor(self) -> float:
         """Return S_eZ(T0) / S_e(T1), one mode of the building.

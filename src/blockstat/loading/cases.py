@@ -61,6 +61,13 @@ class LoadCase:
         return self.permanent + self.live
 
     @property
+    def placed_loads(self) -> PlacedForces | None:
+        """The forces of `loads` at their points; None where these are not known."""
+        if self.placed_permanent is None or self.placed_live is None:
+            return None
+        return self.placed_permanent.plus(self.placed_live)
+
+    @property
     def weighted_permanent(self) -> WeightedLoads:
         """What stays, with the factor on the weight apart: for densities or factors that are random or imperfect."""
         return WeightedLoads(self.permanent if self.beside is None else self.beside, self.weight)

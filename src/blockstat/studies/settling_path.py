@@ -13,7 +13,7 @@ from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.large_displacement.displaced.contact_pairs import gaps
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status, tie_status
-from blockstat.large_displacement.displaced.loads import read_loads
+from blockstat.large_displacement.displaced.loads import moved_with_centroids, read_loads
 from blockstat.large_displacement.displaced.local_origin import structure_about_middle
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
 from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
@@ -218,6 +218,7 @@ def settle_to_collapse(
     first = settle(assembly, moves, loads=at_rest, gap=gap, interfaces=interfaces, solver=solver)
     if reason := why_not_followed(first.assembly, first.interfaces):
         raise InputError(reason)
+    first = replace(first, warnings=(*first.warnings, *moved_with_centroids(assembly, {"loads": loads})))
     support, rates = first.assembly.support[:, None], first.mechanism / first.displacement
     acting = replace(first.assembly, ties=bearing_ties(first.assembly))
     moving = np.where(support, rates, 0.0)

@@ -198,8 +198,8 @@ def check_places(assembly: Assembly, position: Floats, orientation: Floats) -> N
     InputError
         For a place that is not finite; the message names the first block that is lost.
     """
-    known = np.isfinite(position).all(axis=1) & np.isfinite(orientation).reshape(len(orientation), -1).all(axis=1)
-    _refuse(assembly, ~known, LOST)
+    known = np.hstack([position, orientation.reshape(len(orientation), -1)])
+    _refuse(assembly, np.asarray(~np.isfinite(known).all(axis=1)), LOST)
 
 
 def check_blocks(assembly: Assembly, blocks: np.ndarray) -> None:

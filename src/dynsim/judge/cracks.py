@@ -142,7 +142,7 @@ def find_cracks(
     """
     faces = find_interfaces(assembly) if interfaces is None else interfaces
     if removed is not None and len(removed):
-        faces = faces.subset(~np.isin(faces.pair, removed).any(axis=1))
+        faces = faces.subset(np.flatnonzero(~np.isin(faces.pair, removed).any(axis=1)))
     relative = _jump(assembly, faces, *after) - _jump(assembly, faces, *before)
     index = faces.point_interface
     normal = faces.frame[index, 0]

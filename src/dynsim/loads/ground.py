@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_positive
 from blockstat.typing import Floats
-from dynsim.checks import not_negative, positive, vector_of
+from dynsim.checks import not_negative, vector_of
 from dynsim.engine.world import World
 
 #: Shapes of a pulse over its duration, x from 0 to 1.
@@ -111,7 +111,7 @@ class Ramp(Ground):
 
     def __post_init__(self) -> None:
         vector_of(self.to, "ramp: to")
-        positive(self.duration, "ramp: duration")
+        check_positive("ramp: duration", self.duration)
 
     @property
     def end(self) -> float:
@@ -168,7 +168,7 @@ class Pulse(Ground):
 
     def __post_init__(self) -> None:
         vector_of(self.peak, "pulse: peak")
-        positive(self.duration, "pulse: duration")
+        check_positive("pulse: duration", self.duration)
         not_negative(self.start, "pulse: start")
         if self.shape not in SHAPES:
             raise InputError(f'pulse: no shape "{self.shape}"; shapes are: {", ".join(SHAPES)}')

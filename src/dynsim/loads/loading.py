@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from blockstat.assembly import Assembly
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_positive
 from blockstat.typing import Floats
-from dynsim.checks import not_negative, positive, vector_of
+from dynsim.checks import not_negative, vector_of
 from dynsim.engine.world import World
 
 LEVEL = 1e-3  #: an axis whose cosine with gravity is no more is level
@@ -40,8 +40,8 @@ class Tilt:
 
     def __post_init__(self) -> None:
         vector_of(self.axis, "tilt: axis")
-        positive(abs(self.to), "tilt: to")
-        positive(self.rate, "tilt: rate")
+        check_positive("tilt: to", abs(self.to))
+        check_positive("tilt: rate", self.rate)
 
     @property
     def end(self) -> float:
@@ -126,7 +126,7 @@ class Settlement:
         path = np.atleast_2d(np.asarray(self.path, dtype=float))
         if path.shape[1] != 3 or not np.isfinite(path).all() or not path.any():
             raise InputError(f"settlement: path is {self.path!r}; it must be displacements of three numbers, not all 0")
-        positive(self.speed, "settlement: speed")
+        check_positive("settlement: speed", self.speed)
         not_negative(self.start, "settlement: start")
 
     @property

@@ -109,7 +109,7 @@ def moved_with_centroids(assembly: Assembly, given: Mapping[str, Any]) -> list[s
         if loaded.any() and not (same and not wrench[loaded, 3:].any()):
             told.append(
                 f"the forces of `{name}` are taken to act at the centroids of the blocks. What acts on top of a block "
-                "moves further as it turns, and the curve may then end earlier: give it as (block, point, force)"
+                "moves further as it turns, and collapse may then come earlier: give it as (block, point, force)"
             )
     return told
 
