@@ -6,6 +6,7 @@ from typing import Any, Literal, get_args, get_origin
 
 import msgspec
 
+import blockstat
 from blockstat.loading.cases import KINDS, OURS
 from blockstat.model.expression import CONSTANTS, FUNCTIONS
 from blockstat.model.walling import run
@@ -158,10 +159,15 @@ Nothing stands under the plates: the pull of the tie holds them on the wall by f
 """
 
 
+#: The public functions that kinds of loads stand for, beside `point_load` for "point" and so on.
+FUNCTIONS_OF_LOADS = {"pressure": "fluid_pressure", "acceleration": "acceleration"}
+
+
 def load_kinds() -> str:
     """Keys of the loads, by kind."""
     parts = [LOADS]
-    for name, make in KINDS.items():
+    for name in KINDS:
+        make = getattr(blockstat, FUNCTIONS_OF_LOADS.get(name, f"{name}_load"))
         words = said(make)
         rows = [
             [f"`{key}`", "needed" if own.default is own.empty else shown(own.default), words[key]]

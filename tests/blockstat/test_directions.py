@@ -143,7 +143,7 @@ def test_the_least_without_dilatancy_is_said_and_drawn_in_its_own_direction():
     assert drawn.get_title() == "assembly: least without dilatancy 0.1 towards -x"
     assert [text.get_text() for text in drawn.get_legend().get_texts()] == ["associated friction", "without dilatancy"]
     # What associated friction does not carry is not looked for without dilatancy, and is the least all the same.
-    none = replace(found.limits[3], lower=0.0, upper=0.0, coulomb_kinds=())
+    none = replace(found.limits[3], lower=0.0, upper=0.0, coulomb_kinds=((0.0, 0.0),))
     held = replace(found.limits[0], outcome=LoadOutcome.UNBOUNDED, lower=np.inf, upper=np.inf, coulomb_kinds=())
     found = replace(found, limits=(held, *found.limits[1:3], none))
     assert "Least without dilatancy, of 3 directions: 0 to 0 towards -y" in found.explain()
