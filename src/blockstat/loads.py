@@ -40,7 +40,19 @@ class WeightedLoads:
     weight: float = 1.0  #: factor on the weight
 
     def more_weight(self, assembly: Assembly) -> Floats:
-        """Return what the factor adds to the weight of the blocks, shape (n_blocks, 6) [N, N m]."""
+        """Return what the factor adds to the weight of the blocks.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            The blocks, with the densities and the gravity that count.
+
+        Returns
+        -------
+        array, shape (n_blocks, 6)
+            Force [N] and moment about the centroid [N m], which is zero, on each block; against gravity for a factor
+            below 1.
+        """
         force = (self.weight - 1.0) * assembly.mass[:, None] * assembly.gravity
         return np.hstack([force, np.zeros_like(force)])
 
@@ -50,7 +62,18 @@ Loads = Floats | WeightedLoads
 
 
 def weighted(loads: Loads) -> WeightedLoads:
-    """Return loads that stay with the factor on the weight, 1 where none is given."""
+    """Return loads that stay with the factor on the weight.
+
+    Parameters
+    ----------
+    loads : array_like, shape (n_blocks, 6), or WeightedLoads
+        A wrench on each block [N, N m], or these with a factor.
+
+    Returns
+    -------
+    WeightedLoads
+        As given, or a copy of the wrenches with the factor 1.
+    """
     return loads if isinstance(loads, WeightedLoads) else WeightedLoads(np.array(loads, dtype=float))
 
 

@@ -219,7 +219,23 @@ class Contacts:
     patches: Patches
 
     def with_more(self, kind: ContactKind, features: Features, pairs: Ints) -> Contacts:
-        """The same and others of one kind."""
+        """Return these contacts and then some of edges or corners.
+
+        Parameters
+        ----------
+        kind : ContactKind
+            Of all the others: `EDGE`, `CORNER` or `CROSSING`.
+        features : Features
+            The others; none of them gives these contacts as they are.
+        pairs : array of int, shape (n_pairs, 2)
+            Pairs of the search, by which the rows of the features are numbered.
+
+        Returns
+        -------
+        Contacts
+            The others are patches without area about the middle of their ends: of two corners for an edge, of one
+            otherwise.
+        """
         n = len(features.row)
         if not n:
             return self
@@ -244,7 +260,20 @@ def _rows_of(pairs: Ints, other: Ints, n_blocks: int) -> tuple[Ints, Ints]:
 
 
 def features_of(search: Search, steepest: float) -> list[Features]:
-    """Edges on faces, corners on faces and, unless rims are wanted, edges across edges of all pairs."""
+    """Find the contacts of edges and corners of all pairs of a search.
+
+    Parameters
+    ----------
+    search : Search
+        The pairs; with its `rims` contacts on rims are found too, but no edges across edges, which are never on one.
+    steepest : float
+        Largest sine of the angle between an edge and the face that it rests on.
+
+    Returns
+    -------
+    list of Features
+        Edges on faces, corners on faces and, unless rims are wanted, edges across edges; rows are numbers of pairs.
+    """
     found: list[list[Features]] = [[], []] if search.rims else [[], [], []]
     first = 0
     for part in search.chunks():
@@ -258,7 +287,25 @@ def features_of(search: Search, steepest: float) -> list[Features]:
 
 
 def covered(search: Search, features: Features, known: Contacts, least: float) -> np.ndarray:
-    """Which features lie in a contact that is known, with a normal whose cosine to theirs is at least so much."""
+    """Return which features lie whole in one known contact of their pair.
+
+    Parameters
+    ----------
+    search : Search
+        The pairs, with the reach and the rounding of each.
+    features : Features
+        Contacts of edges or corners, shape (n,).
+    known : Contacts
+        The contacts that are known; rows of both are numbers of the pairs of the search.
+    least : float
+        Least cosine between the normals of a feature and of the contact that it lies in; -inf for any.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+        True where both ends are no further from the plane of the contact than the reach of the pair, and in its polygon
+        or beside it by no more than twice the rounding and what the angle between the normals makes of the reach.
+    """
     found = np.zeros(len(features.row), dtype=bool)
     order = np.argsort(known.row, kind="stable")
     rows = known.row[order]

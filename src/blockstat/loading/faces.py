@@ -56,21 +56,65 @@ class Face:
         return self.frame[0]
 
     def flat(self, points: Any) -> Floats:
-        """Return points of space along t1 and t2, shape (n, 2) [m]."""
+        """Return points of space along t1 and t2.
+
+        Parameters
+        ----------
+        points : array_like, shape (n, 3)
+            Points [m]; what they are off the plane of the face is left out.
+
+        Returns
+        -------
+        Floats
+            Coordinates from the origin of the face, shape (n, 2) [m].
+        """
         return (np.asarray(points, dtype=float) - self.origin) @ self.frame[1:].T
 
     def height(self, points: Any) -> Floats:
-        """Return the distances of points outside the plane of the face, shape (n,) [m]."""
+        """Return how far points are outside the plane of the face.
+
+        Parameters
+        ----------
+        points : array_like, shape (n, 3) or (3,)
+            Points [m].
+
+        Returns
+        -------
+        Floats
+            Distances along the outward normal, shape (n,) or () [m]; below 0 on the side of the block.
+        """
         return (np.asarray(points, dtype=float) - self.origin) @ self.frame[0]
 
     def within(self, region: Any) -> Face:
-        """Return the part inside a region of its plane."""
+        """Return the part inside a region of its plane.
+
+        Parameters
+        ----------
+        region : shapely geometry
+            Polygon or polygons, along t1 and t2 from the origin of the face [m].
+
+        Returns
+        -------
+        Face
+            Of the same block, frame and origin; its region is empty where the two do not meet.
+        """
         part = self.region.intersection(region, grid_size=_grid(self.region))
         return Face(self.block, self.frame, self.origin, part)
 
 
 def up_of(assembly: Assembly) -> Floats:
-    """Return the unit vector against gravity, shape (3,)."""
+    """Return the unit vector against gravity.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Has the gravity.
+
+    Returns
+    -------
+    Floats
+        Shape (3,).
+    """
     return -assembly.gravity / np.linalg.norm(assembly.gravity)
 
 
@@ -211,7 +255,18 @@ def _triangles(face: Face) -> tuple[Floats, Floats]:
 
 
 def rings(region: Any) -> list[tuple[Floats, float]]:
-    """Return the closed outlines of polygons, shape (n + 1, 2) [m], with 1, and their holes with -1."""
+    """Return the closed outlines of polygons and of their holes.
+
+    Parameters
+    ----------
+    region : shapely geometry
+        Polygon, polygons or a collection [m]; what has no area in it is left out.
+
+    Returns
+    -------
+    list of (Floats, float)
+        Corners, shape (n + 1, 2) [m], of which the last is the first, with 1.0 for an outline and -1.0 for a hole.
+    """
     polygons = [part for part in getattr(region, "geoms", [region]) if part.geom_type == "Polygon" and part.area > 0]
     return [
         (np.asarray(ring.coords)[:, :2], sign)

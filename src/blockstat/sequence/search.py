@@ -187,7 +187,22 @@ class Search:
         self._tick = count()
 
     def run(self, until: float | None) -> tuple[OrderOutcome, list[Node] | None]:
-        """The outcome, and the states from nothing to the finished assembly."""
+        """Search from the finished assembly back to nothing.
+
+        Parameters
+        ----------
+        until : float or None
+            Reading of `time.monotonic` at which the search stops [s]; None for no bound. It is asked before each state
+            is taken, but the finished assembly is judged in any case.
+
+        Returns
+        -------
+        outcome : OrderOutcome
+            What was found.
+        path : list of Node or None
+            The states from nothing to the finished assembly, in the order of building; None for any outcome but
+            `FOUND`.
+        """
         finished = self._full, 0
         self.fallen = self.falls(finished)
         if self.fallen is None:
@@ -215,7 +230,19 @@ class Search:
         return sorted(self._access.barred)
 
     def falls(self, state: Node) -> list[int] | None:
-        """The blocks that move where a state is not proven stable, the fastest first; None where it is."""
+        """Return the blocks that move where a state is not proven stable.
+
+        Parameters
+        ----------
+        state : (int, int)
+            Blocks present and held, as bits; supports are in neither.
+
+        Returns
+        -------
+        list of int or None
+            Their numbers, the fastest first in the state in which their mechanism was found; where the state is
+            undecided, all that are present and free, ascending. None where it is proven stable.
+        """
         if state not in self._known:
             known = next((fall for fall in self._falls if fall.holds_in(state)), None)
             self._known[state] = self._judge(state) if known is None else known.moving
@@ -303,7 +330,20 @@ class Search:
         return path
 
     def plan(self, path: list[Node]) -> Plan:
-        """The steps of a plan: a block arrives in a hand, or hands change."""
+        """Return the plan of a path of states: at each step a block arrives in a hand, or hands change.
+
+        Parameters
+        ----------
+        path : list of Node
+            States from nothing to the finished assembly, as `run` returns them.
+
+        Returns
+        -------
+        Plan
+            What is put in is held in the step in which it arrives; where it is not held in the state, a step without it
+            in a hand follows. The directions of straight motions, by name, are in `metadata["insertion"]` where they
+            were asked for.
+        """
         names = self.whole.assembly.names
         steps, insertion = [], {}
         for (before, _), (present, held) in zip(path, path[1:], strict=False):

@@ -39,7 +39,18 @@ class Road:
         return SHORT * float(self.assembly.size.min())
 
     def point(self, along: float) -> Floats:
-        """Return the point at a length along the path, shape (3,) [m]."""
+        """Return the point at a length along the path.
+
+        Parameters
+        ----------
+        along : float
+            Length from the first corner [m]; beyond an end of the path it is that end.
+
+        Returns
+        -------
+        Floats
+            Shape (3,) [m]; at no height where the corners are.
+        """
         return np.array([np.interp(along, self.length, self.corners[:, k]) for k in range(3)])
 
     def wheel(self, along: float, side: int) -> Floats:

@@ -250,7 +250,18 @@ def _kinetic(assembly: Assembly, velocity: Floats, spin: Floats, rotation: Float
 
 
 def height_of(assembly: Assembly) -> float:
-    """Extent of the free blocks along gravity [m]."""
+    """Return the extent of the free blocks along gravity.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks as built, at least one of them free.
+
+    Returns
+    -------
+    float
+        From the lowest corner to the highest [m].
+    """
     free = np.repeat(~assembly.support, np.diff(assembly.vertex_start))
     along = assembly.vertices[free] @ (assembly.gravity / np.linalg.norm(assembly.gravity))
     return float(np.ptp(along))
