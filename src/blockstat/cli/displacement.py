@@ -57,7 +57,7 @@ Until = Annotated[
     typer.Option(
         metavar="D",
         help="How far the part that moves furthest is followed [m]; 0: only how it begins to move. "
-        "By default until collapse.",
+        "By default until collapse, at most by the size of the assembly.",
     ),
 ]
 Picture = Annotated[

@@ -148,7 +148,7 @@ def gap_of(text: str | None) -> float | str:
     Raises
     ------
     InputError
-        For a text that is neither, before any file is read.
+        For a text that is neither.
     """
     from blockstat.contact.tolerance import read_gap
 
