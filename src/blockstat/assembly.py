@@ -404,8 +404,8 @@ def _face_lists(block: Block, label: str, n_vertices: int) -> list[list[int]]:
     """The faces of a block as lists, each once even if it is listed twice."""
     faces: list[list[int]] = []
     seen: set[tuple[int, ...]] = set()
-    for number, face in enumerate(block.faces):
-        face = [int(corner) for corner in face]
+    for number, given in enumerate(block.faces):
+        face = _face(label, number, given)
         if len(face) < 3 or len(set(face)) < len(face):
             raise InputError(f'block "{label}": face {number} is {face}; it needs three or more different corners')
         if min(face) < 0 or max(face) >= n_vertices:
@@ -421,6 +421,19 @@ def _face_lists(block: Block, label: str, n_vertices: int) -> list[list[int]]:
     if len(faces) < 4:
         raise InputError(f'block "{label}": {len(faces)} faces cannot close a volume; at least 4 are needed')
     return faces
+
+
+def _face(label: str, number: int, given: Any) -> list[int]:
+    """The corners of one face as whole numbers."""
+    try:
+        listed = list(given)
+        corners = [int(corner) for corner in listed]
+        whole = corners == listed
+    except (TypeError, ValueError, OverflowError):
+        whole = False
+    if not whole:
+        raise InputError(f'block "{label}": face {number} is {given!r}; it needs the numbers of its corners')
+    return corners
 
 
 def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, what: str) -> Ints:

@@ -47,12 +47,31 @@ def held_apart(assembly: Assembly, joints: Patches, asked: Patches, angle: float
         True where a chain of joints leads from one side of the gap to the other through other blocks in it.
     """
     held = np.zeros(len(asked.pair), dtype=bool)
-    open_ = np.flatnonzero(asked.gap > ROUNDING * assembly.size[asked.pair].min(axis=1))
+    open_ = np.flatnonzero(asked.gap > rounded_gap(assembly, asked.pair))
     if len(open_) and len(joints.pair):
         graph = _graph(assembly, joints)
         for k in _candidates(graph, asked, open_, np.cos(angle)):
             held[k] = _leads_across(graph, asked, int(k), np.cos(angle))
     return held
+
+
+def rounded_gap(assembly: Assembly, pair: Ints) -> Floats:
+    """Return the largest gap of each pair of blocks that is rounding of coordinates.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    pair : array of int, shape (n, 2)
+        The pairs.
+
+    Returns
+    -------
+    array of float, shape (n,)
+        Lengths [m].
+    """
+    far = np.abs(assembly.vertices).max(initial=0.0)
+    return np.maximum(ROUNDING * assembly.size[pair].min(axis=1), 8 * np.finfo(float).eps * far)
 
 
 @dataclass(frozen=True)

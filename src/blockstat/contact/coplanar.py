@@ -154,22 +154,29 @@ def _merged(patches: Patches, allowed: Floats) -> list[Patch]:
         tolerance = float(allowed[patches.pair[rest[0]]].min())
         while len(rest):
             seed = rest[0]
-            same = in_one_plane(normal[seed], patches.origin[seed], normal[rest], patches.origin[rest], tolerance)
+            first = normal[seed], patches.origin[seed], patches.gap[seed]
+            same = in_one_plane(*first, normal[rest], patches.origin[rest], patches.gap[rest], tolerance)
             same[0] = True
             merged.append(joined(own[seed], [own[i] for i in rest[same]]) if same.sum() > 1 else own[seed])
             rest = rest[~same]
     return merged
 
 
-def in_one_plane(normal: Floats, origin: Floats, normals: Floats, origins: Floats, tolerance: float) -> np.ndarray:
+def in_one_plane(
+    normal: Floats, origin: Floats, gap: float, normals: Floats, origins: Floats, gaps: Floats, tolerance: float
+) -> np.ndarray:
     """Whether patches lie in the plane of a first one and face the same way.
 
     Parameters
     ----------
     normal, origin : array, shape (3,)
         Of the first patch.
+    gap : float
+        How open it is [m].
     normals, origins : array, shape (n, 3)
         Of the patches.
+    gaps : array, shape (n,)
+        How open they are [m].
     tolerance : float
         Largest distance of their origins from the plane of the first [m].
 
@@ -177,9 +184,16 @@ def in_one_plane(normal: Floats, origin: Floats, normals: Floats, origins: Float
     -------
     array of bool, shape (n,)
         True for patches in the plane.
+
+    Notes
+    -----
+    The origin of a patch lies halfway between its faces, so that half of each gap may be between two patches of one
+    joint. What is further apart is a step, and forces on it have other arms.
     """
-    aside = np.linalg.norm(np.cross(normal, normals), axis=1)
-    return (aside < SAME_NORMAL) & (normals @ normal > 0) & (np.abs((origins - origin) @ normal) <= tolerance)
+    aside, between = np.linalg.norm(np.cross(normal, normals), axis=1), origins - origin
+    leaning = SAME_NORMAL * (np.linalg.norm(between, axis=1) + tolerance)
+    level = np.abs(between @ normal) <= np.minimum(leaning + (gaps + gap) / 2, tolerance)
+    return (aside < SAME_NORMAL) & (normals @ normal > 0) & level
 
 
 def joined(seed: Patch, patches: Sequence[Patch]) -> Patch:

@@ -356,8 +356,8 @@ def _absorbed(own: list[tuple[int, Patch]], kind: int, new: Patch, reach: float,
         return None
     normals, origins = np.array([p.frame[0] for _, p in own]), np.array([p.origin for _, p in own])
     # Whether the new one lies in the plane of each.
-    level = in_one_plane(new.frame[0], new.origin, normals, origins, np.inf)
-    level &= np.abs(((new.origin - origins) * normals).sum(axis=1)) <= reach
+    gaps = np.array([p.gap for _, p in own])
+    level = in_one_plane(new.frame[0], new.origin, new.gap, normals, origins, gaps, reach)
     for k in np.flatnonzero(level).tolist():
         other, patch = own[k]
         if other == ContactKind.FACE:

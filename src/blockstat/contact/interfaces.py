@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.contact.between import held_apart
+from blockstat.contact.between import held_apart, rounded_gap
 from blockstat.contact.coplanar import Parts, Patches, corner_shares, merge_coplanar, parts_of, shares_of_parts
 from blockstat.contact.edges import Tolerances, edge_contacts
 from blockstat.contact.faces import concave_patches, convex_faces, frames, gaps_of_surfaces, planar
@@ -465,7 +465,8 @@ def _edges_that_touch(assembly: Assembly, found: Patches, kind: Ints, held: Patc
     apart = held_apart(assembly, found, contacts, ANGLE)
     same = (contacts.pair[:, None] == held.pair).all(axis=2)
     along = np.einsum("ij,kj->ik", contacts.frame[:, 0], held.frame[:, 0]) > np.cos(ANGLE)
-    apart |= (same & along & (contacts.gap[:, None] > 0)).any(axis=1)
+    open_ = contacts.gap > rounded_gap(assembly, contacts.pair)
+    apart |= (same & along & open_[:, None]).any(axis=1)
     kept = np.setdiff1d(np.arange(len(kind)), bare[apart])
     return (found, kind) if len(kept) == len(kind) else (found.take(kept), kind[kept])
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.contact.tolerance import gap_lengths
+from blockstat.contact.tolerance import allowed_gap, mean_thickness
 from blockstat.errors import InputError
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.common_ball import convex_depths, lies_inside, piece_depths
@@ -67,8 +67,10 @@ def check_overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = 
 
 
 def _refuse_deep(assembly: Assembly, pairs: Ints, depth: Floats) -> None:
-    """Raise InputError when the overlap that is deepest for its size is deeper than `DEEP`."""
-    relative = depth / assembly.size[pairs].min(axis=1)
+    """Raise InputError when the overlap that is deepest for its blocks is deeper than `DEEP`."""
+    # Of a cube the mean thickness is a third of its size; a plate is thinner than its size says.
+    extent = np.minimum(assembly.size, 3 * mean_thickness(assembly))
+    relative = depth / extent[pairs].min(axis=1)
     if not len(pairs) or relative.max() <= DEEP:
         return
     worst = int(relative.argmax())
@@ -189,7 +191,7 @@ def overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) 
     pairs = _near_pairs(assembly) if near is None else near
     pairs = pairs[~assembly.support[pairs].all(axis=1)]
     lower, upper = assembly.bounds
-    lengths = gap_lengths(assembly, gap)
+    lengths = allowed_gap(assembly, gap)
     limit = lengths[pairs].min(axis=1)
     deep = np.minimum(upper[pairs[:, 0]], upper[pairs[:, 1]]) - np.maximum(lower[pairs[:, 0]], lower[pairs[:, 1]])
     pairs = pairs[(deep > limit[:, None]).all(axis=1)]

@@ -143,8 +143,24 @@ def allowed_gap(solid: Polyhedra, gap: float | str) -> Floats:
     InputError
         As `stated_length`.
     """
+    return np.minimum(gap_lengths(solid, gap), THIN * mean_thickness(solid))
+
+
+def mean_thickness(solid: Polyhedra) -> Floats:
+    """Return the volume of each block over half its surface: of a plate the thickness, of a cube a third of its side.
+
+    Parameters
+    ----------
+    solid : Polyhedra
+        The blocks.
+
+    Returns
+    -------
+    array, shape (n_blocks,)
+        Lengths [m].
+    """
     surface = np.bincount(solid.face_block, solid.planes.area, solid.n_blocks)
-    return np.minimum(gap_lengths(solid, gap), THIN * 2.0 * solid.volume / surface)
+    return np.asarray(2.0 * solid.volume / surface)
 
 
 def gap_words(gap: float | str) -> str:

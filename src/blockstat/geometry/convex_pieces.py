@@ -131,6 +131,8 @@ def _cut(solids: Sequence[Floats], lower: Floats, upper: Floats, tolerance: Floa
     on = 2 * ON * np.linalg.norm(half, axis=1)
     cell = np.repeat(np.arange(n), [len(own) for own in solids])
     parts = np.concatenate(solids) - middle[cell][:, None]
+    real = _real(parts, on[cell])
+    parts, cell = parts[real], cell[real]
     for axis, sign in ((axis, sign) for axis in range(3) for sign in (1.0, -1.0)):
         wall = np.zeros((len(parts), 4))
         wall[:, axis], wall[:, 3] = sign, half[cell, axis]

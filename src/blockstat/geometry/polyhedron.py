@@ -6,12 +6,17 @@ planar face any such split is exact, and for a warped one two blocks that share 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from blockstat.typing import Floats, Ints
+
+#: A face that is narrower than this share of the size of its block has a normal of rounding, and is taken to lie in the
+#: plane of a neighbour.
+NARROW = 1e-6
 
 
 def members(first: Ints, count: Ints) -> tuple[Ints, Ints]:
@@ -198,8 +203,9 @@ class Polyhedra:
 
     @cached_property
     def planes(self) -> FacePlanes:
-        """Planes of all faces."""
-        return face_planes(self.vertices[self.face_vertices], self.face_start)
+        """Planes of all faces; a face without width has the normal of the face beside its longest edge."""
+        planes = face_planes(self.vertices[self.face_vertices], self.face_start)
+        return replace(planes, normal=_with_those_beside(self, planes))
 
     @cached_property
     def bounds(self) -> tuple[Floats, Floats]:
@@ -249,6 +255,63 @@ class Polyhedra:
             Vertices [m].
         """
         return self.vertices[self.vertex_start[block] : self.vertex_start[block + 1]]
+
+
+def _with_those_beside(blocks: Polyhedra, planes: FacePlanes) -> Floats:
+    """Normals of all faces, with that of its neighbour for each face whose own is rounding, shape (n_faces, 3)."""
+    head = next_in_face(blocks.face_start)
+    length = np.linalg.norm(blocks.vertices[blocks.face_vertices[head]] - blocks.vertices[blocks.face_vertices], axis=1)
+    longest = np.maximum.reduceat(length, blocks.face_start[:-1])
+    # Twice the area over the longest edge is the height of a triangle.
+    thin = 2 * planes.area <= NARROW * np.abs(blocks.size[blocks.face_block]) * longest
+    if not thin.any():
+        return planes.normal
+    normal, left = planes.normal.copy(), set(np.flatnonzero(thin).tolist())
+    beside = _beside_long_edges(blocks, length, left)
+    while known := {face: near for face in left for near in beside[face] if near not in left}:
+        for face, near in known.items():
+            normal[face] = normal[near]
+        left.difference_update(known)
+    return normal
+
+
+def _beside_long_edges(blocks: Polyhedra, length: Floats, faces: Iterable[int]) -> dict[int, list[int]]:
+    """The faces on the other side of the longest edge of each of some faces, and of those half as long; it comes last.
+
+    A face without width lies along its long edges, and so in the planes of the faces beside them.
+    """
+    owner = np.repeat(np.arange(len(blocks.face_block)), np.diff(blocks.face_start))
+    place = merged_vertices(blocks)[blocks.face_vertices]
+    start, end = place, place[next_in_face(blocks.face_start)]
+    found = {}
+    for face in faces:
+        corners = np.arange(blocks.face_start[face], blocks.face_start[face + 1])
+        corners = corners[np.argsort(length[corners], kind="stable")]
+        corners = corners[2 * length[corners] >= length[corners[-1]]]
+        backs = [np.flatnonzero((start == end[k]) & (end == start[k])) for k in corners]
+        found[face] = [int(owner[back[0]]) for back in backs if len(back) == 1]
+    return found
+
+
+def merged_vertices(blocks: Polyhedra) -> Ints:
+    """Return for each vertex the first vertex of its block with the same coordinates.
+
+    Parameters
+    ----------
+    blocks : Polyhedra
+        The blocks.
+
+    Returns
+    -------
+    array of int, shape (n_vertices,)
+        Numbers of vertices.
+    """
+    keys = np.column_stack([blocks.vertex_block, blocks.vertices + 0.0])
+    order = np.lexsort(keys.T[::-1])
+    new = np.concatenate([[True], (np.diff(keys[order], axis=0) != 0).any(axis=1)])
+    merged = np.empty(len(order), dtype=np.int64)
+    merged[order] = order[new][np.cumsum(new) - 1]
+    return merged
 
 
 def point_velocity(blocks: Polyhedra, twist: Floats, block: Ints, point: Floats) -> Floats:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from blockstat.geometry.polyhedron import Polyhedra, members, next_in_face
+from blockstat.geometry.components import connected_components
+from blockstat.geometry.polyhedron import NARROW, Polyhedra, members, next_in_face
 from blockstat.typing import Floats, Ints
 
 #: Faces whose normals differ by less than this sine lie in one plane: no edge is between them.
@@ -78,16 +79,17 @@ def edge_topology(blocks: Polyhedra, chosen: Ints) -> Topology:
     flat = (np.abs(fold) < FLAT) & alike
     convex = ~flat & ((fold < 0) | (~alike & (np.abs(fold) < FLAT)))
 
+    crowded = np.bincount(ends[~flat].reshape(-1), minlength=n) > 2
+    edge, inward, whole = _straightened(blocks, ends[convex], inward[convex], crowded)
     side = np.full(len(blocks.face_vertices), -1)
-    side[slot[out[convex]]] = side[slot[back[convex]]] = np.arange(int(convex.sum()))
+    side[slot[out[convex]]] = side[slot[back[convex]]] = whole
     corner, spoke_start, spoke, saddle = _corners(ends[~flat], along[~flat], ~convex[~flat])
     vertex_block = blocks.vertex_block
     bounds = np.arange(blocks.n_blocks + 1)
-    edge = ends[convex]
     return Topology(
         edge_start=np.searchsorted(vertex_block[edge[:, 0]], bounds),
         edge=edge,
-        inward=inward[convex],
+        inward=inward,
         corner_start=np.searchsorted(vertex_block[corner], bounds),
         corner=corner,
         vertex=vertex,
@@ -98,11 +100,47 @@ def edge_topology(blocks: Polyhedra, chosen: Ints) -> Topology:
     )
 
 
+def _straightened(blocks: Polyhedra, ends: Ints, inward: Floats, crowded: np.ndarray) -> tuple[Ints, Floats, Ints]:
+    """Edges of which those in one line are one, their directions inwards, and what each edge has become part of.
+
+    A vertex at which no third edge ends does not divide an edge of the stone, wherever a mesh puts it.
+    """
+    following = _in_line(blocks, ends, crowded)
+    if not len(following):
+        return ends, inward, np.arange(len(ends))
+    _, whole = connected_components(len(ends), following)
+    runs = np.split(np.argsort(whole, kind="stable"), np.cumsum(np.bincount(whole))[:-1])
+    first = np.array([run[0] for run in runs])
+    edge, sides = ends[first], inward[first]
+    for k in np.flatnonzero(np.bincount(whole) > 1):
+        vertex, times = np.unique(ends[runs[k]], return_counts=True)
+        edge[k] = vertex[times == 1]
+        old, new = np.diff(blocks.vertices[[ends[first[k]], edge[k]]], axis=1)[:, 0]
+        if old @ new < 0:
+            sides[k] = sides[k, ::-1]
+    return edge, sides, whole
+
+
+def _in_line(blocks: Polyhedra, ends: Ints, crowded: np.ndarray) -> Ints:
+    """Pairs of edges that go on in one line at a vertex where no other edge ends, shape (n, 2)."""
+    order = np.argsort(ends.reshape(-1), kind="stable")
+    vertex = ends.reshape(-1)[order]
+    at = np.flatnonzero((vertex[1:] == vertex[:-1]) & ~crowded[vertex[1:]])
+    place = np.stack([order[at], order[at + 1]])
+    arm = blocks.vertices[ends.reshape(-1)[place ^ 1]] - blocks.vertices[vertex[at]]  # the other end of each edge
+    turn = np.linalg.norm(np.cross(*arm), axis=1)
+    long = np.linalg.norm(arm, axis=2)
+    straight = (turn < FLAT * long.prod(axis=0)) & (np.einsum("ij,ij->i", *arm) < 0)
+    straight &= turn <= NARROW * blocks.size[blocks.vertex_block[vertex[at]]] * long.sum(axis=0)
+    return (place[:, straight] // 2).T
+
+
 def _merged(blocks: Polyhedra, chosen: Ints, slot: Ints) -> Ints:
     """For each vertex the one that stands for it: itself, or the first of equal ones where the surface needs it."""
     tail, head = blocks.face_vertices[slot], blocks.face_vertices[next_in_face(blocks.face_start)[slot]]
     merged = np.arange(n := len(blocks.vertices))
-    if np.array_equal(np.sort(tail * n + head), np.sort(head * n + tail)):
+    closed = np.array_equal(np.sort(tail * n + head), np.sort(head * n + tail))
+    if closed and not (blocks.vertices[tail] == blocks.vertices[head]).all(axis=1).any():
         return merged
     own = members(blocks.vertex_start[chosen], np.diff(blocks.vertex_start)[chosen])[1]
     keys = np.column_stack([blocks.vertex_block[own], blocks.vertices[own] + 0.0])

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from blockstat.geometry.polyhedron import next_in_face
 from blockstat.typing import Floats, Ints
 
 
@@ -52,3 +53,23 @@ def _ears(polygon: Floats) -> Ints:
     turn = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     triangles[turn < 0] = triangles[turn < 0][:, ::-1]
     return triangles
+
+
+def fans(corners: Floats, face_start: Ints) -> Floats:
+    """Cut faces into triangles about the mean of their corners.
+
+    Parameters
+    ----------
+    corners : array of float, shape (n_corners, 3)
+        Corners of the faces, one face after the other [m].
+    face_start : array of int, shape (n_faces + 1,)
+        Where the corners of each face begin, and their number at the end.
+
+    Returns
+    -------
+    array of float, shape (n_corners, 3, 3)
+        Corners of the triangles; of a concave face some look the other way, and their signed sum is the face.
+    """
+    count = np.diff(face_start)
+    centre = np.add.reduceat(corners, face_start[:-1], axis=0) / count[:, None]
+    return np.stack([corners, corners[next_in_face(face_start)], np.repeat(centre, count, axis=0)], axis=1)

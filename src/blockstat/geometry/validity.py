@@ -9,7 +9,9 @@ import numpy as np
 
 from blockstat.errors import InputError, InputWarning
 from blockstat.geometry.components import connected_components
-from blockstat.geometry.polyhedron import Polyhedra, next_in_face
+from blockstat.geometry.convex_pieces import contains
+from blockstat.geometry.polyhedron import Polyhedra, integrals, merged_vertices, next_in_face
+from blockstat.geometry.triangulation import fans
 
 #: A block whose mean thickness, volume over half its surface, is below this fraction of its box diagonal has no volume:
 #: rounding of coordinates given to seven digits makes about 1e-7.
@@ -38,7 +40,7 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
     """
     merged = merged_vertices(blocks)
     walked = _check_surface(blocks, names, merged)
-    _warn_of_several_solids(blocks, names, merged, walked)
+    surface_of = _warn_of_several_solids(blocks, names, merged, walked)
     lower, upper = blocks.bounds
     diagonal = np.linalg.norm(upper - lower, axis=1)
     surface = np.bincount(blocks.face_block, blocks.planes.area, blocks.n_blocks)
@@ -52,8 +54,30 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
         "outside, or let `blockstat repair` turn them"
         for block in np.flatnonzero(~flat & (blocks.volume < 0)).tolist()
     ]
+    wrong += [
+        f'block "{names[block]}": the faces of one of its solids point inwards; list their corners counter-clockwise '
+        "seen from outside, or let `blockstat repair` turn them"
+        for block, label in surface_of.items()
+        if blocks.volume[block] > 0 and _has_solid_inside_out(blocks, block, label)
+    ]
     if wrong:
         raise InputError(*wrong)
+
+
+def _has_solid_inside_out(blocks: Polyhedra, block: int, label: np.ndarray) -> bool:
+    """Whether a closed surface of a block looks inwards although it is no cavity; `label` is that of each face."""
+    faces = np.arange(*np.searchsorted(blocks.face_block, [block, block + 1]))
+    surfaces = []
+    for own in (faces[label == one] for one in np.unique(label)):
+        corners = np.concatenate([blocks.face_vertices[slice(*blocks.face_start[f : f + 2])] for f in own])
+        start = np.concatenate([[0], np.cumsum(np.diff(blocks.face_start)[own])])
+        place = blocks.vertices[corners]
+        turned = integrals(place, start, np.zeros(len(own), dtype=np.int64), 1).volume[0] < 0
+        surfaces.append((fans(place, start), place[0], turned))
+    return any(
+        turned and sum(contains(triangles, point) for triangles, _, hollow in surfaces if not hollow) % 2 == 0
+        for _, point, turned in surfaces
+    )
 
 
 def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> np.ndarray:
@@ -70,8 +94,8 @@ def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) 
 
     position = np.minimum(np.searchsorted(values, backward), len(values) - 1)
     balance = np.where(values[position] == backward, count[position], 0)
-    own = count[np.searchsorted(values, forward)]
-    wrong = np.flatnonzero(own != balance)
+    own = np.where(start == end, 1, count[np.searchsorted(values, forward)])  # an edge between equal corners is none
+    wrong = np.flatnonzero((own != balance) & (start != end))
     if not len(wrong):
         return own
     at = blocks.face_block[corner_face[wrong]]
@@ -96,8 +120,13 @@ def _surface_fault(
     )
 
 
-def _warn_of_several_solids(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray, walked: np.ndarray) -> None:
-    """A block of separate solids moves as one rigid body, which is seldom what a mesh file means."""
+def _warn_of_several_solids(
+    blocks: Polyhedra, names: Sequence[str], merged: np.ndarray, walked: np.ndarray
+) -> dict[int, np.ndarray]:
+    """A block of separate solids moves as one rigid body, which is seldom what a mesh file means.
+
+    Returns for each block of several closed surfaces the one of each of its faces.
+    """
     # Solids that touch share corners, so corners are told apart by their index where that closes the surface.
     tail = blocks.face_vertices
     head = tail[next_in_face(blocks.face_start)]
@@ -118,25 +147,5 @@ def _warn_of_several_solids(blocks: Polyhedra, names: Sequence[str], merged: np.
     if len(several):
         text = f'{len(several)} blocks hold separate solids that move as one (the first is "{names[several[0]]}")'
         warnings.warn(InputWarning(text), stacklevel=4)
-
-
-def merged_vertices(blocks: Polyhedra) -> np.ndarray:
-    """Return for each vertex the first vertex of its block with the same coordinates.
-
-    Parameters
-    ----------
-    blocks : Polyhedra
-        The blocks.
-
-    Returns
-    -------
-    array of int, shape (n_vertices,)
-        Numbers of vertices.
-    """
-    block = np.repeat(np.arange(blocks.n_blocks), np.diff(blocks.vertex_start))
-    keys = np.column_stack([block, blocks.vertices + 0.0])
-    order = np.lexsort(keys.T[::-1])
-    new = np.concatenate([[True], (np.diff(keys[order], axis=0) != 0).any(axis=1)])
-    merged = np.empty(len(order), dtype=np.int64)
-    merged[order] = order[new][np.cumsum(new) - 1]
-    return merged
+    of_face = label[tail[blocks.face_start[:-1]]]
+    return {block: of_face[blocks.face_block == block] for block in np.flatnonzero(apart).tolist()}

@@ -157,7 +157,7 @@ def meet(assembly: Assembly, label: Ints, corner: Ints) -> Floats:
     them, in turn, until nothing moves: at once where three faces meet at every vertex.
     """
     face = np.repeat(np.arange(len(label)), np.diff(assembly.face_start))
-    live = label[face] >= 0
+    live = (label[face] >= 0) & (assembly.planes.area[face] > 0)
     plane, vertex = label[face][live], corner[assembly.face_vertices[live]]
     weight = (assembly.planes.area / np.diff(assembly.face_start))[face][live]
     origin = assembly.vertices.mean(axis=0)
@@ -166,6 +166,7 @@ def meet(assembly: Assembly, label: Ints, corner: Ints) -> Floats:
     extent = float(np.abs(points).max())
     count = int(label.max()) + 1
     total = np.bincount(plane, weight, count)
+    total[total == 0] = 1.0  # of planes that only faces without area have
     for _ in range(STEPS):
         reached = points[vertex]
         centre = _sums(plane, weight[:, None] * reached, count) / total[:, None]

@@ -19,7 +19,8 @@ from blockstat.contact.interfaces import GAP, find_interfaces
 from blockstat.contact.penetration import overlaps, tell
 from blockstat.contact.tolerance import LOOSE
 from blockstat.errors import InputError, NoSupportError, known_options
-from blockstat.geometry.validity import check_geometry, merged_vertices
+from blockstat.geometry.polyhedron import merged_vertices
+from blockstat.geometry.validity import check_geometry
 from blockstat.geometry_repair.common_planes import common_planes, meet
 from blockstat.geometry_repair.shared_corners import settled_faces, shared_corners
 from blockstat.geometry_repair.surface import RepairedSurface, repair_surface

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from blockstat.geometry.components import connected_components
-from blockstat.geometry.polyhedron import integrals, next_in_face
+from blockstat.geometry.convex_pieces import contains
+from blockstat.geometry.polyhedron import integrals
+from blockstat.geometry.triangulation import fans
 from blockstat.typing import Floats
 
 Faces = list[list[int]]
@@ -206,22 +208,14 @@ def _cavities(vertices: Floats, surfaces: Sequence[Faces], asked: Sequence[int])
     found = set()
     for k in asked:
         larger = np.flatnonzero((lower < lower[k]).all(axis=1) & (upper > upper[k]).all(axis=1))
-        if sum(_encloses(vertices, surfaces[other], corners[k][0]) for other in larger.tolist()) % 2:
+        if sum(contains(_fans(vertices, surfaces[other]), corners[k][0]) for other in larger.tolist()) % 2:
             found.add(k)
     return found
 
 
-def _encloses(vertices: Floats, faces: Faces, point: Floats) -> bool:
-    """Whether a surface of faces that agree goes round a point: it fills all directions seen from there, 4 pi."""
-    start = np.cumsum([0, *map(len, faces)])
-    a = vertices[np.concatenate([np.asarray(face) for face in faces])] - point
-    b = a[next_in_face(start)]
-    count = np.diff(start)
-    c = np.repeat(np.add.reduceat(a, start[:-1], axis=0) / count[:, None], count, axis=0)
-    la, lb, lc = (np.linalg.norm(arm, axis=1) for arm in (a, b, c))
-    ab, bc, ca = ((p * q).sum(axis=1) for p, q in ((a, b), (b, c), (c, a)))
-    angle = np.arctan2((a * np.cross(b, c)).sum(axis=1), la * lb * lc + ab * lc + bc * la + ca * lb)
-    return bool(abs(2.0 * angle.sum()) > 2.0 * np.pi)
+def _fans(vertices: Floats, faces: Faces) -> Floats:
+    """The triangles of faces that agree."""
+    return fans(vertices[np.concatenate([np.asarray(face) for face in faces])], np.cumsum([0, *map(len, faces)]))
 
 
 def _turned(faces: Faces, turn: dict[int, bool], face: int) -> list[int]:

@@ -1,0 +1,168 @@
+"""Blocks as meshes divide them: faces without width, vertices on straight edges, corners listed twice, steps of
+millimetres, solids inside out. What touches and what is carried is that of the stone, in any position."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, Block, InputError, Outcome, assess, box, find_interfaces, limit_load, overlaps, repair
+
+GROUND = box((-1, -1, -1), (2, 2, 0))
+
+
+def turn(a, b, c):
+    def about(angle, axis):
+        sine, cosine, (i, j) = np.sin(angle), np.cos(angle), [k for k in range(3) if k != axis]
+        matrix = np.eye(3)
+        matrix[[i, i, j, j], [i, j, i, j]] = cosine, -sine, sine, cosine
+        return matrix
+
+    return about(a, 2) @ about(b, 0) @ about(c, 2)
+
+
+POSITIONS = [pytest.param(np.eye(3), id="as drawn"), pytest.param(turn(0.3, 0.7, 1.1), id="turned")]
+
+
+def placed(blocks, position, **options):
+    turned = [Block(np.asarray(block.vertices, dtype=float) @ position.T, block.faces) for block in blocks]
+    return Assembly.from_blocks(turned, gravity=position @ [0, 0, -9.81], **options)
+
+
+def prism(outline, start, end, first=0):
+    """An outline in x and z, counter-clockwise seen against y, from one y to another; its faces begin with any."""
+    n = len(outline)
+    vertices = [(x, y, z) for y in (start, end) for x, z in outline]
+    faces = [[*range(n)], [*range(2 * n - 1, n - 1, -1)], *([i, i + n, (i + 1) % n + n, (i + 1) % n] for i in range(n))]
+    faces = faces[first:] + faces[:first]
+    return Block(np.array(vertices, dtype=float), faces)
+
+
+def slab(low, high, *, sliver):
+    """A slab of which one edge has a vertex in its middle, and a face without width beside it."""
+    corners = np.array([(x, y, z) for z in (low, high) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))] + [(0.5, 0, high)])
+    front = [[0, 1, 5, 8, 4], [5, 4, 8]] if sliver else [[0, 1, 5, 4]]
+    return Block(corners, [[0, 3, 2, 1], [4, 5, 6, 7], *front, [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
+
+
+def ridge_along_y(x):
+    return prism([(x - 0.2, -0.5), (x + 0.2, -0.5), (x, 0)], -0.5, 1.5)
+
+
+@pytest.mark.parametrize("position", POSITIONS)
+@pytest.mark.parametrize("sliver", [False, True])
+def test_a_face_without_width_hides_no_overlap_and_no_contact(position, sliver):
+    sunk = placed([GROUND, slab(-0.5, 0.5, sliver=sliver)], position, supports=[0])
+    with pytest.raises(InputError, match=r"overlap by 0\.5 m"):
+        assess(sunk)
+    # A ball of .5 m fits into what two blocks share of 1 by 1 by .5 m.
+    assert overlaps(sunk, gap=0.01)[1] == pytest.approx([0.5], rel=1e-6)
+    carried = placed([ridge_along_y(0.2), ridge_along_y(0.8), slab(0, 0.3, sliver=sliver)], position, supports=[0, 1])
+    assert find_interfaces(carried).contacts["edge"] == 2
+    assert assess(carried).outcome is Outcome.STABLE
+
+
+def test_two_faces_without_width_side_by_side_lie_in_the_planes_beside_them():
+    corners = np.array(
+        [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))] + [(0.3, 0, 1), (0.6, 0, 1)]
+    )
+    faces = [
+        [0, 3, 2, 1],
+        [4, 5, 6, 7],
+        [0, 1, 5, 9, 8, 4],
+        [5, 4, 8],
+        [5, 8, 9],
+        [1, 2, 6, 5],
+        [2, 3, 7, 6],
+        [3, 0, 4, 7],
+    ]
+    cube = Assembly.from_blocks([Block(corners, faces)])
+    normal = cube.planes.normal[[3, 4]]
+    for own in normal:
+        assert own.tolist() in ([0, 0, 1], [0, -1, 0])
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_what_has_a_face_without_width_is_repaired():
+    mended, report = repair(Assembly.from_blocks([GROUND, slab(0, 1, sliver=True)], supports=[0]))
+    assert mended.volume[1] == pytest.approx(1.0, rel=1e-12)
+    assert not report.overlaps
+
+
+def ridge_along_x(*cuts):
+    """A ridge from x = -1 to 1 of which the edge has vertices in between."""
+    places = (-1, *cuts, 1)
+    top = [*range(4, 4 + len(places))]
+    corners = [(-1, -0.3, -0.5), (-1, 0.3, -0.5), (1, -0.3, -0.5), (1, 0.3, -0.5), *((x, 0, 0) for x in places)]
+    return Block(np.array(corners), [[0, 1, 3, 2], [0, 2, *top[::-1]], [3, 1, *top], [0, 4, 1], [2, 3, top[-1]]])
+
+
+@pytest.mark.parametrize("position", POSITIONS)
+@pytest.mark.parametrize("gap", [0.0, 0.003])
+@pytest.mark.parametrize(
+    "cuts", [(), (0,), (0.3,), (0.002,), (-0.5, -0.2, 0, 0.1, 0.7), tuple(np.arange(-0.99, 1, 0.004))]
+)
+def test_a_vertex_on_a_straight_edge_does_not_divide_it(cuts, gap, position):
+    keel = prism([(0, gap), (0.3, 0.5 + gap), (-0.3, 0.5 + gap)], -1, 1)
+    crossed = placed([ridge_along_x(*cuts), keel], position, supports=[0])
+    assert find_interfaces(crossed).contacts["crossing"] == 1
+    assert assess(crossed).outcome is Outcome.STABLE
+
+
+def test_corners_that_are_listed_twice_are_one():
+    """Two pyramids base to base on their apex, which a collapsed face lists twice."""
+    corners = [(0.5, 0, 0.5), (0, 0.5, 0.5), (-0.5, 0, 0.5), (0, -0.5, 0.5), (0, 0, 1), (0, 0, 0), (0, 0, 0)]
+    faces = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [1, 0, 5], [2, 1, 5, 6], [3, 2, 6], [0, 3, 6, 5]]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        top = Assembly.from_blocks([box((-2, -2, -1), (2, 2, 0)), Block(np.array(corners), faces)], supports=[0])
+        assert find_interfaces(top).contacts["corner"] == 1
+    assert assess(top).outcome is Outcome.STABLE
+
+
+@pytest.mark.parametrize("position", POSITIONS)
+def test_an_edge_that_touches_is_not_held_open_by_a_pad_beside_it(position):
+    """A beam on a pad and on a ridge of the height of the pad, with its weight between them."""
+    base = prism([(-1, -1), (1.75, -1), (1.7, 0.004), (1.696, 0), (-1, 0)], -1, 1)
+    pad, beam = box((0.1, -0.15, 0), (0.5, 0.15, 0.004)), box((0, -0.15, 0.004), (2, 0.15, 0.304))
+    assembly = placed([base, pad, beam], position, supports=[0])
+    assert find_interfaces(assembly).contacts["edge"] == 1
+    assert assess(assembly).outcome is Outcome.STABLE
+
+
+@pytest.mark.parametrize("first", [0, 3])
+def test_a_step_of_some_millimetres_is_no_single_plane(first):
+    """A block with a foot on each side of a step tips about the outer end of either foot."""
+    step = 0.008
+    lower = prism([(-1, -1), (2, -1), (2, -step), (0.5, -step), (0.5, 0), (-1, 0)], -1, 2, first)
+    feet = [(0, 0), (0.3, 0), (0.3, 0.2), (0.7, 0.2), (0.7, -step), (1, -step), (1, 1), (0, 1)]
+    block = Assembly.from_blocks([lower, prism(feet, 0, 1, first)], supports=[0], friction=10.0)
+    x, _, z = block.centroid[1]
+    assert limit_load(block, (1, 0, 0)).lower == pytest.approx((1 - x) / (z + step), rel=1e-4)
+    assert limit_load(block, (-1, 0, 0)).lower == pytest.approx(x / z, rel=1e-4)
+
+
+def of_two(one, two, *, turned):
+    faces = [[k + len(one.vertices) for k in (face[::-1] if turned else face)] for face in two.faces]
+    return Block(np.vstack([one.vertices, two.vertices]), [*map(list, one.faces), *faces])
+
+
+def test_a_solid_inside_out_is_refused_and_a_cavity_is_not():
+    beside = of_two(box((0, 0, 0), (1, 1, 1)), box((1.5, 0, 0), (2.4, 1, 1)), turned=True)
+    with pytest.raises(InputError, match="the faces of one of its solids point inwards"):
+        Assembly.from_blocks([beside])
+    hollow = of_two(box((0, 0, 0), (1, 1, 1)), box((0.2, 0.2, 0.2), (0.8, 0.8, 0.8)), turned=True)
+    with pytest.warns(match="separate solids"):
+        assert Assembly.from_blocks([hollow]).volume[0] == pytest.approx(1 - 0.6**3, rel=1e-12)
+
+
+@pytest.mark.parametrize(("thickness", "low"), [(0.0005, -0.3), (0.002, -0.3), (0.002, -0.001)])
+def test_a_plate_inside_the_ground_overlaps_it(thickness, low):
+    with pytest.raises(InputError, match=r"lies inside|overlap"):
+        assess(Assembly.from_blocks([GROUND, box((0, 0, low), (1, 1, low + thickness))], supports=[0]))
+
+
+@pytest.mark.parametrize("face", [None, 3, ["a", 1, 2], [0, 1.5, 2], [float("nan"), 1, 2]])
+def test_faces_that_are_no_numbers_of_corners_are_refused(face):
+    with pytest.raises(InputError, match=r"face 0 is .*; it needs the numbers of its corners"):
+        Assembly.from_blocks([Block(GROUND.vertices, [face, *list(GROUND.faces)[1:]])])
