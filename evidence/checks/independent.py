@@ -105,7 +105,7 @@ def check_joints(asm, faces, gap: float | str | None = GAP):
     corners = asm.vertices[asm.face_vertices]
     start = corners[np.repeat(asm.face_start[:-1], np.diff(asm.face_start))]
     normal = np.add.reduceat(np.cross(corners - start, corners[following(asm.face_start)] - start), asm.face_start[:-1])
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]  # some faces have no area
     centre = np.add.reduceat(corners, asm.face_start[:-1]) / np.diff(asm.face_start)[:, None]
     first = np.searchsorted(asm.face_block, np.arange(asm.n_blocks + 1))
     k = faces.point_interface

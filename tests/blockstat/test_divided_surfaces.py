@@ -166,3 +166,22 @@ def test_a_plate_inside_the_ground_overlaps_it(thickness, low):
 def test_faces_that_are_no_numbers_of_corners_are_refused(face):
     with pytest.raises(InputError, match=r"face 0 is .*; it needs the numbers of its corners"):
         Assembly.from_blocks([Block(GROUND.vertices, [face, *list(GROUND.faces)[1:]])])
+
+
+def saddle(low, high, below, above, first, face):
+    """A cube whose lower and upper faces bend by so much up and down at their corners; one face begins elsewhere."""
+    plan, way = ((0, 0), (1, 0), (1, 1), (0, 1)), (-1, 1, -1, 1)
+    corners = [
+        (*at, z + bend * up) for z, bend in ((low, below), (high, above)) for at, up in zip(plan, way, strict=True)
+    ]
+    faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    faces[face] = faces[face][first:] + faces[face][:first]
+    return Block(np.array(corners, dtype=float), faces)
+
+
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize("bend", [0.02, 0.1, 0.3])
+def test_blocks_that_share_a_warped_face_do_not_overlap_wherever_it_begins(first, bend):
+    pair = Assembly.from_blocks([saddle(0, 1, 0, bend, first, 1), saddle(1, 2, bend, 0, 0, 0)], supports=[0])
+    assert not len(overlaps(pair, gap=0.01)[0])
+    assert find_interfaces(pair).contacts["face"] == 1

@@ -8,8 +8,8 @@ import numpy as np
 
 from blockstat.geometry.convex_pieces import convex_pieces
 from blockstat.geometry.inscribed_ball import inscribed_balls
-from blockstat.geometry.polyhedron import Polyhedra, members
-from blockstat.geometry.triangulation import triangulate
+from blockstat.geometry.polyhedron import NARROW, Polyhedra, members
+from blockstat.geometry.triangulation import fans, triangulate
 from blockstat.typing import Floats, Ints
 
 #: Pairs that are measured at once.
@@ -171,9 +171,18 @@ def lies_inside(blocks: Polyhedra, a: int, b: int) -> bool:
 
 
 def _triangles(blocks: Polyhedra, block: int) -> Floats:
-    """Corners of the triangles of a block's surface, shape (n, 3, 3) [m]."""
-    corners = blocks.block_vertices(block)
-    return corners[triangulate(corners, blocks.faces_of(block))]
+    """Corners of the triangles of a block's surface, shape (n, 3, 3) [m]; two that share a warped face agree on it."""
+    corners, faces = blocks.block_vertices(block), blocks.faces_of(block)
+    first = int(np.searchsorted(blocks.face_block, block))
+    triangles, flat = [], []
+    for number, face in enumerate(faces, first):
+        fan = fans(corners[face], np.array([0, len(face)]))
+        side = np.cross(fan[:, 1] - fan[:, 0], fan[:, 2] - fan[:, 0]) @ blocks.planes.normal[number]
+        if blocks.planes.warp[number] > NARROW * blocks.size[block] and side.min() > 0:
+            triangles.append(fan)
+        else:
+            flat.append(face)
+    return np.concatenate([*triangles, *([corners[triangulate(corners, flat)]] if flat else [])])
 
 
 def _hull(blocks: Polyhedra, block: int, outward: Floats) -> Floats:
