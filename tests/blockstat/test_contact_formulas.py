@@ -461,12 +461,14 @@ def test_patches_of_one_plane_and_pair_are_joined():
 @pytest.mark.parametrize(
     ("change", "one"),
     [
-        ({}, True), ({"height": 0.9e-3}, True), ({"height": 1.1e-3}, False), ({"height": -1.1e-3}, False),
+        ({}, True), ({"height": 0.9e-3}, False), ({"height": 0.9e-3, "gap": 1.7e-3}, False),
+        ({"height": 0.9e-3, "gap": 1.9e-3}, True), ({"height": -0.9e-3, "gap": 1.9e-3}, True),
+        ({"height": 1.1e-3, "gap": 3e-3}, False), ({"height": -1.1e-3, "gap": 3e-3}, False),
         ({"normal": (0, 0.9e-4, 1)}, True), ({"normal": (0, 1.1e-4, 1)}, False), ({"normal": (0, 0, -1)}, False),
         ({"pair": (0, 2)}, False), ({"pair": (2, 1)}, False),
     ],
 )  # fmt: skip
-def test_patches_lie_in_one_plane_to_the_gap_of_the_smaller_block(change, one):
+def test_patches_lie_in_one_plane_as_far_as_their_gaps_explain_and_to_that_of_the_smaller_block(change, one):
     other = patch(0, [(5, 0), (6, 0), (6, 1)], **change)
     own = listed([patch(0, [(0, 0), (1, 0), (0, 1)]), other, patch(0, [(0, 0), (1, 0), (1, 1)], height=0.5)])
     allowed = np.array([1e-3, 2e-3, 3e-3])
@@ -476,9 +478,12 @@ def test_patches_lie_in_one_plane_to_the_gap_of_the_smaller_block(change, one):
 def test_the_plane_of_a_patch_is_asked_by_its_normal_and_its_origin():
     normal, origin = np.array([0.0, 0.6, 0.8]), np.array([1.0, 2.0, 3.0])
     origins = origin + np.array([[5, 0, 0], [0, 0.6e-3, 0.8e-3], [0, -0.6e-3, -0.8e-3], [0, 6e-3, 8e-3]])
-    found = in_one_plane(normal, origin, np.tile(normal, (4, 1)), origins, 1.0001e-3)
+    gaps = np.array([0.0, 2e-3, 2e-3, 2e-2])
+    found = in_one_plane(normal, origin, 0.0, np.tile(normal, (4, 1)), origins, gaps, 1.0001e-3)
     assert found.tolist() == [True, True, True, False]
-    assert in_one_plane(normal, origin, np.tile(-normal, (4, 1)), origins, 1.0).tolist() == [False] * 4
+    found = in_one_plane(normal, origin, 0.0, np.tile(normal, (4, 1)), origins, 0 * gaps, 1.0001e-3)
+    assert found.tolist() == [True, False, False, False]  # a step that no gap explains
+    assert in_one_plane(normal, origin, 0.0, np.tile(-normal, (4, 1)), origins, gaps, 1.0).tolist() == [False] * 4
 
 
 def test_patches_with_other_frames_are_joined_where_they_lie():

@@ -208,14 +208,16 @@ def _cavities(vertices: Floats, surfaces: Sequence[Faces], asked: Sequence[int])
     found = set()
     for k in asked:
         larger = np.flatnonzero((lower < lower[k]).all(axis=1) & (upper > upper[k]).all(axis=1))
-        if sum(contains(_fans(vertices, surfaces[other]), corners[k][0]) for other in larger.tolist()) % 2:
+        if sum(_goes_round(vertices, surfaces[other], corners[k][0]) for other in larger.tolist()) % 2:
             found.add(k)
     return found
 
 
-def _fans(vertices: Floats, faces: Faces) -> Floats:
-    """The triangles of faces that agree."""
-    return fans(vertices[np.concatenate([np.asarray(face) for face in faces])], np.cumsum([0, *map(len, faces)]))
+def _goes_round(vertices: Floats, faces: Faces, point: Floats) -> bool:
+    """Whether a surface of faces that agree goes round a point, whichever way they look."""
+    corners, start = vertices[np.concatenate([np.asarray(face) for face in faces])], np.cumsum([0, *map(len, faces)])
+    triangles = fans(corners, start)
+    return contains(triangles, point) or contains(triangles[:, ::-1], point)
 
 
 def _turned(faces: Faces, turn: dict[int, bool], face: int) -> list[int]:
