@@ -134,6 +134,16 @@ def test_the_work_on_a_twist_is_that_of_loads_less_what_joints_take_up(seed, law
     assert power(own, twist) == pytest.approx(work_and_closing(own, twist), rel=1e-12)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_cohesion_takes_up_its_part_of_what_closes(seed):
+    own, twist = program(laws=True), np.random.default_rng(seed).normal(size=6 * N)
+    strong, (work, closing) = replace(own, shift=np.arange(M) / 7.0), work_and_closing(own, twist)
+    for k, rate in enumerate((dense(own).T @ twist).reshape(-1, 3)):
+        if isinf(own.upper[k]):
+            work -= k / 7.0 * max(-slack_of_rate(rate, own.friction[k]), 0.0)
+    assert power(strong, twist) == pytest.approx((work, closing), rel=1e-12)
+
+
 def test_where_all_points_have_an_upper_bound_nothing_closes_beyond_it():
     own = replace(program(), friction=np.where(np.isinf(FRICTION), 0.6, FRICTION), upper=np.full(M, 2.0))
     assert power(own, np.random.default_rng(3).normal(size=6 * N))[1] == 0.0

@@ -290,7 +290,8 @@ def power(program: PenaltyProgram, twist: Floats) -> tuple[float, float]:
     -----
     At a point with an upper bound any deficit of opening `r = g_n - mu |g_t|` is bought at upper x deficit. At a point
     with a lower bound any surplus is paid lower x surplus. These are the best multipliers y and z of the dual for this
-    twist.
+    twist. A point without an upper bound that closes takes up its violation times `f_n + a`. The work is less the part
+    of the cohesion, violation x a; what is left to be judged is that of f_n.
     """
     gap_rate = (program.matrix.T @ twist).reshape(-1, 3)
     slack = opening_slack(gap_rate, program.friction)
@@ -304,6 +305,7 @@ def power(program: PenaltyProgram, twist: Floats) -> tuple[float, float]:
         violation[program.upper_bounded] = np.where(no_slip, np.hypot(rate[:, 1], rate[:, 2]), 0.0)
     if len(program.lower_bounded):
         work += float(program.lower[program.lower_bounded] @ np.maximum(slack[program.lower_bounded], 0.0))
+    work -= float(violation @ np.where(np.isinf(program.upper), program.shift, 0.0))
     return work, float(violation.max(initial=0.0))
 
 
