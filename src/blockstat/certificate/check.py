@@ -406,7 +406,7 @@ def force_errors(program: PenaltyProgram, force: Floats) -> ForceErrors:
 
 
 def total_load(program: PenaltyProgram) -> float:
-    """Return the sum of the magnitudes of the loads, of their moments where no load is a force.
+    """Return the sum of the magnitudes of the loads on the blocks.
 
     Parameters
     ----------
@@ -416,14 +416,12 @@ def total_load(program: PenaltyProgram) -> float:
     Returns
     -------
     float
-        In its units; 1 without loads.
+        In its units, force and moment of a block in one; 1 without loads.
     """
     whole = program.load
     if program.shift.any():  # the load of the program is what is left of it beside the cohesion
         whole = whole + program.matrix @ (program.shift[:, None] * np.array([1.0, 0.0, 0.0])).reshape(-1)
-    load = whole.reshape(-1, 6)
-    total = np.linalg.norm(load[:, :3], axis=1).sum() or np.linalg.norm(load[:, 3:], axis=1).sum()
-    return float(total) or 1.0
+    return float(np.linalg.norm(whole.reshape(-1, 6), axis=1).sum()) or 1.0
 
 
 def _ratio(value: Floats, unit: Floats) -> float:
