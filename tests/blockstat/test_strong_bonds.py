@@ -1,12 +1,12 @@
-"""What strong glue takes up counts in full."""
+"""Strong glue and strong bonds hold what weak ones hold, and what they take up counts in full."""
 
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Outcome, box, glued
+from blockstat import Assembly, LoadOutcome, Outcome, assess, box, glued, limit_load
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import pose
-from blockstat.certificate.check import check
+from blockstat.certificate.check import FORCE_LIMIT, check
 from blockstat.contact.interfaces import GAP
 from blockstat.proof.exact_check import power
 from blockstat.proof.rational import exact
@@ -56,3 +56,17 @@ def test_a_leaning_tower_with_strong_glue_is_not_proven_to_fall(strength, solver
     program = posed(tower(strength)).program
     found = decide(program, solve_penalty(program, solver=solver), solver=solver)
     assert outcome_of(found.certificate) is Outcome.STABLE
+
+
+@pytest.mark.parametrize("strength", [1e6, 1e8, 1e10])
+def test_what_weak_bonds_hold_strong_ones_hold(strength):
+    verdict = assess(tower(strength, strength / 10))
+    assert verdict.outcome is Outcome.STABLE
+    assert verdict.certificate.total_force <= FORCE_LIMIT
+
+
+def test_a_tower_with_strong_bonds_stands_before_it_is_loaded():
+    # A tenth of the strength carries 58.3 times its weight per 1e4 N.
+    found = limit_load(tower(1e8, 1e7), (1, 0, 0))
+    assert found.outcome is not LoadOutcome.UNDECIDED
+    assert found.lower > 0.99 * limit_load(tower(1e6, 1e5), (1, 0, 0)).lower
