@@ -25,3 +25,12 @@ def test_joints_of_every_kind_carry_friction_and_the_force_of_a_tie(height, leas
         found = limit_load(scene(GROUND, WALL, CUBE, tie=tie), (direction, 0, 0), flow="coulomb")
         assert len(found.coulomb_kinds) == 3
         assert np.array(found.coulomb_kinds) == pytest.approx(limit, rel=1e-3)
+
+
+def test_a_load_that_a_tie_bounds_far_beyond_the_weight_is_not_called_unbounded_without_a_word():
+    hanging = Tie(("beam", "hung"), ((0.5, 0.5, 5), (0.5, 0.5, 3)), greatest=5e9)
+    found = limit_load(scene(GROUND, BEAM, HUNG, tie=hanging), (0, 0, -1))
+    assert found.outcome is LoadOutcome.UNBOUNDED
+    assert any("ties have strengths, which bound the load" in text for text in found.warnings)
+    endless = Tie(hanging.between, hanging.points)
+    assert limit_load(scene(GROUND, BEAM, HUNG, tie=endless), (0, 0, -1)).warnings == ()

@@ -214,10 +214,12 @@ class Problem:
 
     @property
     def strengths(self) -> list[str]:
-        """What is said of a load that is carried without bound, where joints have strengths that bound it."""
-        if not any(law.strong or law.compression for law in self.assembly.joints):
-            return []
-        return ["joints have strengths, which bound the load far beyond the weight: it was not followed so far"]
+        """What is said of a load that is carried without bound, where strengths of joints or ties bound it."""
+        of_joints = any(law.strong or law.compression for law in self.assembly.joints)
+        of_ties = any(np.isfinite(self.assembly.ties[k].greatest) for k in self.ties)
+        what = " and ".join(name for name, has in (("joints", of_joints), ("ties", of_ties)) if has)
+        told = f"{what} have strengths, which bound the load far beyond the weight: it was not followed so far"
+        return [told] if what else []
 
     @property
     def slips(self) -> bool:
