@@ -34,3 +34,9 @@ def test_a_load_that_a_tie_bounds_far_beyond_the_weight_is_not_called_unbounded_
     assert any("ties have strengths, which bound the load" in text for text in found.warnings)
     endless = Tie(hanging.between, hanging.points)
     assert limit_load(scene(GROUND, BEAM, HUNG, tie=endless), (0, 0, -1)).warnings == ()
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_block_that_hangs_on_a_given_force_alone_has_a_proof_without_forces():
+    tie = Tie(("beam", "hung"), ((0.5, 0.5, 5), (0.5, 0.5, 3)), least=WEIGHT, greatest=WEIGHT)
+    assert prove(scene(BEAM, HUNG, tie=tie)).content["proof"] == {"forces": []}
