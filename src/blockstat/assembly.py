@@ -292,7 +292,7 @@ class Assembly(Polyhedra):
 
 
 def _check_ties(assembly: Assembly) -> None:
-    """Raise InputError for a tie to a block that does not exist."""
+    """Raise InputError for a tie to a block that does not exist, or of a block to itself."""
     for tie in assembly.ties:
         assembly.blocks_named(tie.between, tie.label)
 

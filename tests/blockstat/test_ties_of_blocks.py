@@ -40,3 +40,9 @@ def test_a_load_that_a_tie_bounds_far_beyond_the_weight_is_not_called_unbounded_
 def test_a_block_that_hangs_on_a_given_force_alone_has_a_proof_without_forces():
     tie = Tie(("beam", "hung"), ((0.5, 0.5, 5), (0.5, 0.5, 3)), least=WEIGHT, greatest=WEIGHT)
     assert prove(scene(BEAM, HUNG, tie=tie)).content["proof"] == {"forces": []}
+
+
+@pytest.mark.parametrize("between", [("cube", 1), (1, "cube"), ("cube", "1"), (np.int64(1), "cube")])
+def test_a_tie_of_a_block_to_itself_is_refused(between):
+    with pytest.raises(InputError, match=r'tie "rod": between is .*, both of them "cube"; it must be two blocks'):
+        scene(GROUND, CUBE, tie=Tie(between, ((0.1, 0.1, 0.1), (0.9, 0.9, 0.9)), name="rod"))
