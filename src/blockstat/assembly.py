@@ -294,7 +294,10 @@ class Assembly(Polyhedra):
 def _check_ties(assembly: Assembly) -> None:
     """Raise InputError for a tie to a block that does not exist, or of a block to itself."""
     for tie in assembly.ties:
-        assembly.blocks_named(tie.between, tie.label)
+        one, other = assembly.blocks_named(tie.between, tie.label)
+        if one == other:
+            same = f'{tie.between!r}, both of them "{assembly.names[one]}"'
+            raise InputError(f"{tie.label}: between is {same}; it must be two blocks")
 
 
 def glued(assembly: Assembly, strength: float, *, moment: float | None = None) -> Assembly:
@@ -460,7 +463,7 @@ def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, 
             return int(block)
         raise InputError(f"{what}: {block!r} is neither a block's index nor its name")
 
-    asked = [given] if isinstance(given, (str, int)) else given
+    asked = [given] if isinstance(given, (str, int, np.integer)) else given
     return np.array(gathered(partial(number, block) for block in asked), dtype=np.int64)
 
 

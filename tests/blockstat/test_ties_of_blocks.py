@@ -46,3 +46,9 @@ def test_a_block_that_hangs_on_a_given_force_alone_has_a_proof_without_forces():
 def test_a_tie_of_a_block_to_itself_is_refused(between):
     with pytest.raises(InputError, match=r'tie "rod": between is .*, both of them "cube"; it must be two blocks'):
         scene(GROUND, CUBE, tie=Tie(between, ((0.1, 0.1, 0.1), (0.9, 0.9, 0.9)), name="rod"))
+
+
+def test_a_block_is_given_by_a_number_of_numpy():
+    asm = Assembly.from_blocks([GROUND, CUBE], supports=np.int64(0))
+    assert asm.support.tolist() == [True, False]
+    assert asm.blocks_named(asm.free[0]).tolist() == [1]
