@@ -22,7 +22,7 @@ from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.imperfection.imperfections import Imperfections, Realisation, realisations
-from blockstat.loads import Loads, WeightedLoads
+from blockstat.loads import Loads, WeightedLoads, check_size
 from blockstat.program.bonds import KINDS, Bonds, bond_columns, bond_forces, bonded
 from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
@@ -462,7 +462,7 @@ def checked_loads(assembly: Assembly, loads: Loads | None) -> Floats:
     Raises
     ------
     InputError
-        For another shape, or for values that are not finite.
+        For another shape, or for values that are not finite or that no building bears.
     """
     if loads is None:
         return np.zeros((assembly.n_blocks, 6))
@@ -474,6 +474,7 @@ def checked_loads(assembly: Assembly, loads: Loads | None) -> Floats:
         raise InputError(f"loads must be numbers of shape ({assembly.n_blocks}, 6)") from None
     if loads.shape != (assembly.n_blocks, 6) or not np.isfinite(loads).all():
         raise InputError(f"loads have shape {loads.shape}; finite values of shape ({assembly.n_blocks}, 6) are needed")
+    check_size(loads)
     return loads
 
 
