@@ -207,7 +207,8 @@ def resists(law, n, rate):  # the most power that bounded forces take up, and th
     slide, mu = dot(rate, rate) * dot(n, n) - head**2, Q(0 if rough else law.get("friction", 0))
     root = Q(isqrt(slide.numerator * slide.denominator * 10**60) + 1, slide.denominator * 10**30) if slide else slide
     price = min(mu * root - head, 0 if head >= 0 and head**2 >= mu**2 * slide else 10**99)
-    taken = Q(law.get("most", 0) if price > 0 else law.get("least", 0)) * price + Q(law.get("shear", 0)) * root
+    most = law.get("most", law.get("apex", 0))  # of a force without bound the part that is cohesion
+    taken = Q(most if price > 0 else law.get("least", 0)) * price + Q(law.get("shear", 0)) * root
     return Q(law.get("apex", 0)) * head + taken, (root if rough else 0) + (max(price, 0) if free else 0)
 
 

@@ -262,7 +262,7 @@ class Assembly(Polyhedra):
         Parameters
         ----------
         **changes
-            New values of fields.
+            New values of fields. One density counts for all blocks.
 
         Returns
         -------
@@ -272,13 +272,18 @@ class Assembly(Polyhedra):
         Raises
         ------
         InputError
-            For an unknown field, or a bad friction, gravity or joint law.
+            For an unknown field, or a bad friction, gravity, density, support, joint law or tie.
         """
         for name in changes:
             if name not in self.__dataclass_fields__:
                 raise no_such("field", name, self.__dataclass_fields__)
         if "friction" in changes:
             changes["friction"] = check_friction(changes["friction"])
+        names = changes.get("names", self.names)
+        if "density" in changes:
+            changes["density"] = _densities(changes["density"], names)
+        if "support" in changes:
+            changes["support"] = _supported(changes["support"], names)
         if "gravity" in changes:
             changes["gravity"] = check_gravity(changes["gravity"])
         if "joints" in changes:
@@ -292,9 +297,12 @@ class Assembly(Polyhedra):
 
 
 def _check_ties(assembly: Assembly) -> None:
-    """Raise InputError for a tie to a block that does not exist."""
+    """Raise InputError for a tie to a block that does not exist, or of a block to itself."""
     for tie in assembly.ties:
-        assembly.blocks_named(tie.between, tie.label)
+        one, other = assembly.blocks_named(tie.between, tie.label)
+        if one == other:
+            same = f'{tie.between!r}, both of them "{assembly.names[one]}"'
+            raise InputError(f"{tie.label}: between is {same}; it must be two blocks")
 
 
 def glued(assembly: Assembly, strength: float, *, moment: float | None = None) -> Assembly:
@@ -473,7 +481,7 @@ def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, 
             return int(block)
         raise InputError(f"{what}: {block!r} is neither a block's index nor its name")
 
-    asked = [given] if isinstance(given, (str, int)) else given
+    asked = [given] if isinstance(given, (str, int, np.integer)) else given
     return np.array(gathered(partial(number, block) for block in asked), dtype=np.int64)
 
 
@@ -481,6 +489,24 @@ def _support_mask(supports: Iterable[int | str], names: Sequence[str]) -> np.nda
     mask = np.zeros(len(names), dtype=bool)
     mask[block_indices(names, supports, "supports")] = True
     return mask
+
+
+def _densities(given: Any, names: Sequence[str]) -> Floats:
+    """The density of each block; raises InputError for one that is not positive."""
+    try:
+        values = np.array(np.broadcast_to(np.asarray(given, dtype=float), len(names)))
+    except (TypeError, ValueError):
+        raise InputError(f"density must be one number, or one for each of the {len(names)} blocks") from None
+    wrong = np.flatnonzero(~((values > 0) & (values < HUGE)))
+    gathered(partial(check_density, names[k], values[k].item()) for k in wrong)
+    return values
+
+
+def _supported(given: Any, names: Sequence[str]) -> np.ndarray:
+    values = np.asarray(given)
+    if values.shape != (len(names),) or not np.isin(values, (0, 1)).all():
+        raise InputError(f"support must be true or false for each of the {len(names)} blocks")
+    return values.astype(bool)
 
 
 def _some(names: Sequence[str], given: str, limit: int = 8) -> str:

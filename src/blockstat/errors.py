@@ -12,7 +12,9 @@ import numpy as np
 from blockstat.typing import Floats
 
 MOST_TOLD = 20  #: errors that one message tells
-HUGE = 1e30  #: no length, density or acceleration of a building comes near it
+HUGE = 1e30  #: no length, density, acceleration or force of a building comes near it
+ROUGHEST = 1e6  #: the largest coefficient of friction that is finite: cones that are wider lose the digits of forces
+TOO_ROUGH = "friction is {!r}; it must be at most 1e6, or inf for no sliding"
 
 
 class InputError(ValueError):
@@ -289,7 +291,7 @@ def check_friction(value: Any) -> float:
     Raises
     ------
     InputError
-        For anything but a number of at least 0.
+        For anything but a number of at least 0, and for finite ones above 1e6.
 
     Examples
     --------
@@ -300,6 +302,8 @@ def check_friction(value: Any) -> float:
     """
     if not isinstance(value, (int, float, np.number)) or isinstance(value, bool) or not value >= 0:
         raise InputError(f"friction is {value!r}; it must be a number of at least 0 (inf for no sliding)")
+    if ROUGHEST < value < np.inf:
+        raise InputError(TOO_ROUGH.format(value))
     return float(value)
 
 

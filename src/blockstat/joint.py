@@ -25,12 +25,13 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from blockstat.errors import InputError, no_such
+from blockstat.errors import HUGE, ROUGHEST, TOO_ROUGH, InputError, no_such
 
 #: Cells along each side of a joint that may crush, unless the law says how many.
 CELLS = 8
 MOST_CELLS = 64
-#: Strengths above this [Pa] are mistakes of a unit: granite bears 5e8 Pa. Beside larger ones the weight is rounding.
+#: Strengths above this [Pa, N, N m] are mistakes of a unit: granite bears 5e8 Pa. Beside larger ones the weight is
+#: rounding.
 STRONGEST = 1e10
 
 
@@ -69,10 +70,14 @@ class JointLaw:
                 raise InputError(f"joint law between {label}: {name} is {value!r}; it must be a number")
         if self.friction is not None and not self.friction >= 0:
             raise InputError(f"joint law between {label}: friction is {self.friction!r}; it must be at least 0")
-        for name in ("tension", "cohesion", "compression"):
-            if STRONGEST < (getattr(self, name) or 0.0) < np.inf:
+        if self.friction is not None and ROUGHEST < self.friction < np.inf:
+            raise InputError(f"joint law between {label}: {TOO_ROUGH.format(self.friction)}")
+        units = {"tension": "Pa", "cohesion": "Pa", "compression": "Pa", "bond": "N", "bond_moment": "N m"}
+        for name, unit in units.items():
+            value, what = getattr(self, name) or 0.0, "stone" if unit == "Pa" else "bond"
+            if STRONGEST < value < np.inf:
                 raise InputError(
-                    f"joint law between {label}: {name} is {getattr(self, name)!r} Pa; no stone bears {STRONGEST:g} Pa"
+                    f"joint law between {label}: {name} is {value!r} {unit}; no {what} bears {STRONGEST:g} {unit}"
                 )
         for name in ("tension", "bond", "cohesion", "bond_moment"):
             value = getattr(self, name)
@@ -188,6 +193,8 @@ class Tie:
             value = getattr(self, field)
             if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not value >= 0:
                 raise InputError(f"{label}: {field} is {value!r}; it must be a number of at least 0")
+            if HUGE <= value < np.inf:
+                raise InputError(f"{label}: {field} is {value!r}; it must be below {HUGE:g} N, or inf")
         if not self.least <= self.greatest or np.isinf(self.least):
             raise InputError(f"{label}: least is {self.least!r}; it must be at most greatest, {self.greatest!r}")
 

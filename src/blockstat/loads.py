@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.errors import InputError
+from blockstat.errors import HUGE, InputError
 from blockstat.geometry.convex_pieces import contains
 from blockstat.geometry.triangulation import triangulate
 from blockstat.typing import Floats
@@ -310,7 +310,7 @@ def as_load(assembly: Assembly, load: Any) -> Floats:
     Raises
     ------
     InputError
-        For another shape, or a load that is zero on every free block.
+        For another shape, values that no building bears, or a load that is zero on every free block.
     """
     try:
         values = np.asarray(load, dtype=float)
@@ -325,9 +325,28 @@ def as_load(assembly: Assembly, load: Any) -> Floats:
             f"load has shape {values.shape}; three numbers (a direction) or finite values of shape "
             f"({assembly.n_blocks}, 6) are needed"
         )
-    if not values[assembly.free].any():
+    check_size(values)
+    if not (np.abs(values[assembly.free]) > 1.0 / HUGE).any():
         raise InputError("load is zero on every free block")
     return values
+
+
+def check_size(loads: Floats) -> None:
+    """Check that loads are those of a building.
+
+    Parameters
+    ----------
+    loads : array
+        Wrenches on blocks [N, N m].
+
+    Raises
+    ------
+    InputError
+        For forces or moments without digits beside any other.
+    """
+    most = np.abs(loads).max(initial=0.0)
+    if not most < HUGE:
+        raise InputError(f"the largest force or moment of a load is {most:g}; it must be below {HUGE:g} N or N m")
 
 
 def _direction(direction: Sequence[float]) -> Floats:

@@ -134,6 +134,16 @@ def test_the_work_on_a_twist_is_that_of_loads_less_what_joints_take_up(seed, law
     assert power(own, twist) == pytest.approx(work_and_closing(own, twist), rel=1e-12)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_cohesion_takes_up_its_part_of_what_closes(seed):
+    own, twist = program(laws=True), np.random.default_rng(seed).normal(size=6 * N)
+    strong, (work, closing) = replace(own, shift=np.arange(M) / 7.0), work_and_closing(own, twist)
+    for k, rate in enumerate((dense(own).T @ twist).reshape(-1, 3)):
+        if isinf(own.upper[k]):
+            work -= k / 7.0 * max(-slack_of_rate(rate, own.friction[k]), 0.0)
+    assert power(strong, twist) == pytest.approx((work, closing), rel=1e-12)
+
+
 def test_where_all_points_have_an_upper_bound_nothing_closes_beyond_it():
     own = replace(program(), friction=np.where(np.isinf(FRICTION), 0.6, FRICTION), upper=np.full(M, 2.0))
     assert power(own, np.random.default_rng(3).normal(size=6 * N))[1] == 0.0
@@ -148,7 +158,7 @@ def test_a_mechanism_needs_the_force_that_would_take_up_its_work(seed, laws):
     work, closing = work_and_closing(own, twist / np.abs(twist).max())
     assert found.work == pytest.approx(work / np.abs(own.load).sum(), rel=1e-12)
     assert found.mechanism_violation == pytest.approx(closing, rel=1e-12)
-    total = sum(hypot(*own.load[6 * k : 6 * k + 3]) for k in range(N))
+    total = sum(hypot(*own.load[6 * k : 6 * k + 6]) for k in range(N))
     assert found.required_force == pytest.approx(work / closing / total if work > 0 else 0.0, rel=1e-12)
 
 
@@ -176,13 +186,12 @@ def test_without_loads_work_is_measured_in_ones():
     assert check(own, forces(), twist).work == pytest.approx(work_and_closing(own, twist)[0], rel=1e-12)
 
 
-def test_the_total_load_is_of_forces_of_moments_without_forces_and_of_one_without_either():
+def test_the_total_load_is_of_forces_and_moments_and_of_one_without_either():
     own = program()
     load = own.load.reshape(-1, 6)
-    assert total_load(own) == pytest.approx(sum(np.sqrt((row[:3] ** 2).sum()) for row in load), rel=1e-12)
-    moments = np.where(np.arange(6) >= 3, load, 0.0)
-    expected = sum(np.sqrt((row**2).sum()) for row in moments)
-    assert total_load(replace(own, load=moments.reshape(-1))) == pytest.approx(expected, rel=1e-12)
+    for part in (load, np.where(np.arange(6) < 3, load, 0.0), np.where(np.arange(6) >= 3, load, 0.0)):
+        expected = sum(np.sqrt((row**2).sum()) for row in part)
+        assert total_load(replace(own, load=part.reshape(-1))) == pytest.approx(expected, rel=1e-12)
     assert total_load(replace(own, load=0 * own.load)) == 1.0
 
 

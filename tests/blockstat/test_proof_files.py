@@ -24,6 +24,7 @@ from blockstat import (
     Tie,
     assess,
     box,
+    glued,
     limit_load,
     prove,
     prove_limit,
@@ -368,6 +369,15 @@ def test_a_motion_that_a_bond_or_a_tie_resists_proves_nothing(checker):
             contact |= {key: str(3 * Fraction(contact[key])) for key in ("least", "most", "shear") if key in contact}
         with pytest.raises(ValueError, match="do not drive the motion"):
             checker.check(hashed(checker, content))
+
+
+def test_a_motion_into_the_ground_does_not_drive_against_the_cohesion_of_glue(checker):
+    """The weight is W and so is its work; contact forces of W in all resist, which are fewer than two dead loads."""
+    blocks = [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (0.1, 0.1, 0.1))]
+    content = prove(glued(Assembly.from_blocks(blocks, supports=[0]), 1e5)).content
+    down = {"motion": [["0"] * 6, ["0", "0", "-1", "0", "0", "0"]], "bound": "2"}
+    with pytest.raises(ValueError, match="do not drive the motion"):
+        checker.check(hashed(checker, content | {"proof": down}))
 
 
 def test_far_from_the_origin_nothing_changes(checker):

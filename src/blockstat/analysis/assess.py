@@ -305,7 +305,9 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
             force, adhesion, twist = checked.force, np.zeros(problem.eq.n_points), np.zeros_like(checked.twist)
         else:
             force, adhesion, twist = answer.force, np.nan_to_num(answer.adhesion), checked.twist
-            score = float(np.linalg.norm(answer.adhesion)) / problem.program.total_load if answer.bounded else np.inf
+            pull = float(np.linalg.norm(problem.eq.load[:, :3], axis=1).sum()) or 1.0
+            missing = float(np.linalg.norm(answer.adhesion)) * problem.program.force_unit
+            score = missing / pull if answer.bounded else np.inf
     mechanism = problem.to_blocks(twist)
     if len(problem.floating):
         # Each group moves along its load as one: no joint closes, so this is a proof without any error.

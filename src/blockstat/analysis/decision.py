@@ -29,6 +29,8 @@ CORRECTIONS = 3
 LIGHTEST = 1e-9
 #: Shares of the field strictly inside its cones that are tried, smallest first.
 SHARES = (0.0, *(10.0**-k for k in range(11, 1, -1)))
+#: Part of the largest sum of forces that bonds and ties may use together where they are held to modest ones.
+MODEST = 0.1
 #: A mechanism that cannot be corrected (jammed blocks, joints that cannot slide) bounds the load for equilibria whose
 #: contact forces add up to at most this many times those of the solver's own field.
 ASSUMED_FORCE = 10.0
@@ -83,14 +85,30 @@ def decide(program: PenaltyProgram, answer: Answer, *, solver: str = "auto", mot
     if outcome_of(found.certificate) is not Outcome.UNDECIDED:
         return found
     correct = partial(open_joints, program, solver=solver)
-    for solve in (solve_margin, solve_margin_locally, solve_least_force):
-        closer = _checked(program, solve(program, solver=solver), motions, correct)
+    steps = [(program, solve) for solve in (solve_margin, solve_margin_locally, solve_least_force)]
+    modest = _with_modest_bonds(program)
+    for solved, solve in steps if modest is None else [(modest, solve_margin), *steps]:
+        closer = _checked(program, solve(solved, solver=solver), motions, correct)
         decided = outcome_of(closer.certificate) is not Outcome.UNDECIDED
         if decided or closer.certificate.required_force > found.certificate.required_force:
             found = closer
         if decided:
             break
     return found
+
+
+def _with_modest_bonds(program: PenaltyProgram) -> PenaltyProgram | None:
+    """The program with less capacity of bonds and ties, so that their forces are of a bounded size; None if they are.
+
+    A solver's forces lie midway between their bounds, where those of strong bonds are beyond `FORCE_LIMIT`. What
+    stands with less capacity stands with more.
+    """
+    first = program.n_points
+    most = MODEST * certificate.FORCE_LIMIT * certificate.total_load(program) / max(len(program.upper) - first, 1)
+    upper = program.upper.copy()
+    upper[first:] = np.maximum(np.minimum(upper[first:], most), program.lower[first:])
+    strong = np.isfinite(program.upper) & (upper < program.upper)
+    return replace(program, upper=np.where(strong, upper, program.upper)) if strong.any() else None
 
 
 def solve_margin_locally(program: PenaltyProgram, *, solver: str = "auto") -> Answer:

@@ -22,7 +22,7 @@ from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.imperfection.imperfections import Imperfections, Realisation, realisations
-from blockstat.loads import Loads, WeightedLoads
+from blockstat.loads import Loads, WeightedLoads, check_size
 from blockstat.program.bonds import KINDS, Bonds, bond_columns, bond_forces, bonded
 from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
@@ -214,10 +214,12 @@ class Problem:
 
     @property
     def strengths(self) -> list[str]:
-        """What is said of a load that is carried without bound, where joints have strengths that bound it."""
-        if not any(law.strong or law.compression for law in self.assembly.joints):
-            return []
-        return ["joints have strengths, which bound the load far beyond the weight: it was not followed so far"]
+        """What is said of a load that is carried without bound, where strengths of joints or ties bound it."""
+        of_joints = any(law.strong or law.compression for law in self.assembly.joints)
+        of_ties = any(np.isfinite(self.assembly.ties[k].greatest) for k in self.ties)
+        what = " and ".join(name for name, has in (("joints", of_joints), ("ties", of_ties)) if has)
+        told = f"{what} have strengths, which bound the load far beyond the weight: it was not followed so far"
+        return [told] if what else []
 
     @property
     def slips(self) -> bool:
@@ -460,7 +462,7 @@ def checked_loads(assembly: Assembly, loads: Loads | None) -> Floats:
     Raises
     ------
     InputError
-        For another shape, or for values that are not finite.
+        For another shape, or for values that are not finite or that no building bears.
     """
     if loads is None:
         return np.zeros((assembly.n_blocks, 6))
@@ -472,6 +474,7 @@ def checked_loads(assembly: Assembly, loads: Loads | None) -> Floats:
         raise InputError(f"loads must be numbers of shape ({assembly.n_blocks}, 6)") from None
     if loads.shape != (assembly.n_blocks, 6) or not np.isfinite(loads).all():
         raise InputError(f"loads have shape {loads.shape}; finite values of shape ({assembly.n_blocks}, 6) are needed")
+    check_size(loads)
     return loads
 
 

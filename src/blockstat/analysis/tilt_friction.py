@@ -16,7 +16,7 @@ from blockstat.analysis.problem import Problem, cases_of, gap_warnings, pose
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import LEAST_FRICTION, joint_friction
-from blockstat.errors import InputError, check_choice, known_options
+from blockstat.errors import InputError, check_choice, check_positive, known_options
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.loads import acceleration
 from blockstat.result import Result, Sentence, finite
@@ -313,6 +313,8 @@ def _close_in(
     while (wide := abs(falls - stands)) > width:
         aim = _beside_the_zero(scores, stands, falls, width) if aims else None
         trial = (stands + falls) / 2 if aim is None else aim
+        if trial in (stands, falls):
+            break  # no number lies between them
         outcome, score = judge(trial)
         if outcome is Outcome.UNDECIDED:
             break
@@ -358,7 +360,7 @@ def friction_limit(
     gravity, loads, gap, interfaces, solver, flow
         As in `blockstat.assess`.
     top : float, optional
-        The most friction that is tried.
+        The most friction that is tried, finite.
     width : float, optional
         The two coefficients that are returned are at most so far apart.
 
@@ -372,7 +374,7 @@ def friction_limit(
     Raises
     ------
     InputError
-        For a bad option, and where the laws of all joints have a friction.
+        For a bad option, for a `top` that is not finite, and where the laws of all joints have a friction.
 
     Notes
     -----
@@ -395,6 +397,9 @@ def friction_limit(
     """
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
+    check_positive("width", width)
+    if not isinstance(top, (int, float, np.number)) or not 0 <= top < math.inf:
+        raise InputError(f"top is {top!r}; it must be a finite number of at least 0")
     posed = pose(assembly, friction=top, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     shared, told = posed.given, _friction_of_laws(assembly, posed.interfaces)
     least = LEAST_FRICTION if any(law.cohesion for law in assembly.joints) else 0.0

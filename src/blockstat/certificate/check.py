@@ -290,7 +290,8 @@ def power(program: PenaltyProgram, twist: Floats) -> tuple[float, float]:
     -----
     At a point with an upper bound any deficit of opening `r = g_n - mu |g_t|` is bought at upper x deficit. At a point
     with a lower bound any surplus is paid lower x surplus. These are the best multipliers y and z of the dual for this
-    twist.
+    twist. A point without an upper bound that closes takes up its violation times `f_n + a`. The work is less the part
+    of the cohesion, violation x a; what is left to be judged is that of f_n.
     """
     gap_rate = (program.matrix.T @ twist).reshape(-1, 3)
     slack = opening_slack(gap_rate, program.friction)
@@ -304,6 +305,7 @@ def power(program: PenaltyProgram, twist: Floats) -> tuple[float, float]:
         violation[program.upper_bounded] = np.where(no_slip, np.hypot(rate[:, 1], rate[:, 2]), 0.0)
     if len(program.lower_bounded):
         work += float(program.lower[program.lower_bounded] @ np.maximum(slack[program.lower_bounded], 0.0))
+    work -= float(violation @ np.where(np.isinf(program.upper), program.shift, 0.0))
     return work, float(violation.max(initial=0.0))
 
 
@@ -404,7 +406,7 @@ def force_errors(program: PenaltyProgram, force: Floats) -> ForceErrors:
 
 
 def total_load(program: PenaltyProgram) -> float:
-    """Return the sum of the magnitudes of the loads, of their moments where no load is a force.
+    """Return the sum of the magnitudes of the loads on the blocks.
 
     Parameters
     ----------
@@ -414,14 +416,12 @@ def total_load(program: PenaltyProgram) -> float:
     Returns
     -------
     float
-        In its units; 1 without loads.
+        In its units, force and moment of a block in one; 1 without loads.
     """
     whole = program.load
     if program.shift.any():  # the load of the program is what is left of it beside the cohesion
         whole = whole + program.matrix @ (program.shift[:, None] * np.array([1.0, 0.0, 0.0])).reshape(-1)
-    load = whole.reshape(-1, 6)
-    total = np.linalg.norm(load[:, :3], axis=1).sum() or np.linalg.norm(load[:, 3:], axis=1).sum()
-    return float(total) or 1.0
+    return float(np.linalg.norm(whole.reshape(-1, 6), axis=1).sum()) or 1.0
 
 
 def _ratio(value: Floats, unit: Floats) -> float:

@@ -41,7 +41,7 @@ class Factor(Protocol):
         Raises
         ------
         ArithmeticError
-            When the matrix is not positive definite.
+            When the matrix is not positive definite, or its values are not finite.
         """
         ...
 
@@ -102,6 +102,7 @@ class SuperLU:
         """
         from scipy.sparse.linalg import splu
 
+        _check_finite(upper)
         full = self._full = sparse.csc_array(upper + sparse.triu(upper, 1).T)
         options = {"SymmetricMode": True}
         try:
@@ -149,6 +150,7 @@ class Pardiso:
         upper
             Its upper triangle.
         """
+        _check_finite(upper)
         fresh = self._index is None
         if fresh:
             self._index = upper.indptr.astype(np.int32), upper.indices.astype(np.int32)
@@ -193,6 +195,12 @@ class Pardiso:
     def __del__(self) -> None:
         if self._index is not None and not sys.is_finalizing():
             self._call(-1, np.zeros(len(self._index[0]) - 1))
+
+
+def _check_finite(upper: sparse.csr_array) -> None:
+    """Raise ArithmeticError for values that are not finite, which would end the process inside Pardiso."""
+    if not np.isfinite(upper.data).all():
+        raise ArithmeticError("the matrix has values that are not finite")
 
 
 def _threads() -> int:

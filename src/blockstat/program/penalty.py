@@ -45,7 +45,7 @@ class PenaltyProgram:
     friction: Floats  #: mu of each point, shape (m,), inf allowed
     force_unit: float  #: [N]
     length_unit: float  #: [m]
-    total_load: float  #: sum of the magnitudes of the forces on the blocks
+    total_load: float  #: sum of the magnitudes of the loads on the blocks, force and moment of a block in one
     shift: Floats  #: a, shape (m,)
     lower: Floats  #: least f_n, shape (m,)
     upper: Floats  #: greatest f_n, inf for none, shape (m,)
@@ -140,11 +140,11 @@ def penalty_program(
         With joint laws its forces are f' = f + a n, a the shift, and equilibrium reads A f' + (w - A E a) = 0.
     """
     length_unit = float(eq.length.mean())
-    force_unit = float(np.linalg.norm(eq.load[:, :3], axis=1).mean()) or 1.0
     scale = np.array([1, 1, 1, 1 / length_unit, 1 / length_unit, 1 / length_unit])
     local = eq.local * np.tile(scale, 2)
+    force_unit = float(np.linalg.norm(scale * eq.load, axis=1).mean()) or 1.0
     load = (scale * eq.load).reshape(-1) / force_unit
-    total = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum()) or 1.0
+    total = float(np.linalg.norm(load.reshape(-1, 6), axis=1).sum()) or 1.0
     zero = np.zeros(len(friction))
     apex = zero if shift is None else shift / force_unit
     if apex.any():
@@ -180,7 +180,7 @@ def as_strong_as_the_weight(program: PenaltyProgram, load: Floats) -> tuple[Floa
     load : Floats
         The load over its strength, shape (6 n,).
     strength : float
-        The sum of its forces, or of its couples where it has no forces, in weights.
+        The sum of its magnitudes, force and moment of a block in one, in those of the dead load.
     """
-    unit = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum() or np.abs(load).sum()) / program.total_load
+    unit = float(np.linalg.norm(load.reshape(-1, 6), axis=1).sum()) / program.total_load
     return load / unit, unit

@@ -132,11 +132,11 @@ def power(structure: Structure, motion: Exact) -> Power:
         if law is not None:
             taken += exact(law.shift[i])[()] * head[i] + exact(structure.shear[i])[()] * root
             least = exact(law.floor[i])[()]
-            most = exact(law.cap[i])[()] if np.isfinite(law.cap[i]) else None
-        if price > 0 and (law is None or most is None):
+            # of a force without bound the part that is cohesion; the rest is judged by its size
+            most = exact(law.cap[i] if np.isfinite(law.cap[i]) else law.shift[i])[()]
+        taken += (most if price > 0 else least) * price
+        if price > 0 and (law is None or np.isinf(law.cap[i])):
             closes += price
-        else:
-            taken += (most if price > 0 else least) * price
         closing = max(closing, closes)
     free = ~structure.fixed
     dead, live = ((load[free] * motion[free]).sum() for load in (structure.dead, structure.live))

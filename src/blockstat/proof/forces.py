@@ -73,7 +73,7 @@ def balanced_forces(
     ArithmeticError
         Where contacts with slack cannot carry what is left.
     """
-    size = float(np.linalg.norm(force, axis=1).mean()) or 1.0
+    size = float(np.linalg.norm(force, axis=1).mean()) if force.any() else 1.0
     places = PLACES - int(np.floor(np.log10(size)))
     found = rounded(force, places)
     slippery = (structure.friction == 0) & (structure.shear == 0)  # along the normal as it is given, and nothing else

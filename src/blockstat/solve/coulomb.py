@@ -140,9 +140,11 @@ def _corrected(
     sides = np.where(program.point_blocks >= 0, np.append(own, np.inf)[program.point_blocks], np.inf)
     lighter = np.minimum(sides.min(axis=1), 1e300)
     rate = (program.matrix.T @ displacement).reshape(-1, 3)
+    at_rest = _at_rest(program, rate)
+    force = np.where(at_rest[:, None], program.lower[:, None] * [1.0, 0.0, 0.0], force)
     normal, closing = force[:, 0], -rate[:, 0]
     # A point that closes may be loaded, however little.
-    live = (normal > 0) & ((closing > 0) | (normal * (opening + compliance * lighter) > slack * lighter))
+    live = (normal > 0) & ((closing > 0) | (normal * (opening + compliance * lighter) > slack * lighter) | at_rest)
     slip, tangent = np.linalg.norm(rate[:, 1:], axis=1), np.linalg.norm(force[:, 1:], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         across = np.where(closing > 0, normal / closing, np.inf)
@@ -167,6 +169,12 @@ def _corrected(
             break
         live &= ~pulls
     return found
+
+
+def _at_rest(program: PenaltyProgram, rate: Floats) -> np.ndarray:
+    """Bonds and ties that do not open: they carry their least force, and what a solver leaves beyond it is rounding."""
+    pulls = program.local[::3].any(axis=1) & (np.arange(len(rate)) >= program.n_points)
+    return pulls & (rate[:, 0] >= 0)
 
 
 def _balanced(
