@@ -8,7 +8,8 @@ equilibrium residual, with the forces in their joints' frames and the mechanism 
 
 The derivative of the residual is taken by central differences on the rebuilt geometry, which costs two interface
 searches a parameter and no solve. The forces of ties are fixed as well, at their bound where they have reached one, and
-count with the load w.
+count with the load w. Friction is no part of the residual: it widens the cones, which adds the sum of f'_n |slip| d mu
+to d lambda and takes it off the other, f'_n the normal force above the apex of the cone.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ import numpy as np
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
-from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.analysis.verdict import Outcome, Verdict, relative_motion
 from blockstat.contact.interfaces import Interfaces, find_interfaces
-from blockstat.contact.point_law import point_law
+from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.errors import InputError
 from blockstat.loads import acceleration
 from blockstat.program.bonds import bond_wrenches
@@ -88,13 +89,15 @@ def limit_load_gradient(
     found = joints(assembly)
     limit = limit_load(assembly, load(assembly), interfaces=found, gap=found.searched, optimum=True)
     multiplier, twist = pinned(limit, load(assembly))
+    rubbing = friction_power(limit, twist)
 
     def residual(changed: Assembly, interfaces: Interfaces) -> Floats:
         total = _dead_load(changed, limit) + multiplier * load(changed)
         return _residual(changed, interfaces, _shifted(changed, interfaces, limit, limit.forces), total)
 
     def change(changed: Assembly, interfaces: Interfaces) -> float:
-        return -float((twist * residual(changed, interfaces)).sum())
+        held = _more_friction(changed, interfaces, limit) @ rubbing
+        return float(held - (twist * residual(changed, interfaces)).sum())
 
     return limit, _differences(make, values, limit.interfaces, change, joints)
 
@@ -132,6 +135,26 @@ def pinned(limit: LimitLoad, load: Floats, loads: Floats | None = None) -> tuple
     if np.abs(rest).max() > BALANCE * np.abs(total).max():
         raise InputError("the limit is not that of this load: its forces do not balance the weight and the load")
     return (limit.lower + limit.upper) / 2, limit.mechanism / float((limit.mechanism * load).sum())
+
+
+def friction_power(result: LimitLoad | Verdict, twist: Floats) -> Floats:
+    """Return the power of friction at each contact point, for each unit of its coefficient.
+
+    Parameters
+    ----------
+    result
+        With the forces.
+    twist
+        The mechanism, shape (n_blocks, 6).
+
+    Returns
+    -------
+    Floats
+        Shape (n_points,): the normal force above the apex of the cone times the rate of slip.
+    """
+    assembly, faces = result.assembly, result.interfaces
+    slip = relative_motion(assembly, faces, twist)[:, 1:]
+    return (result.forces[:, 0] + point_law(assembly, faces).shift) * np.linalg.norm(slip, axis=1)
 
 
 def penalty_optimum(verdict: Verdict) -> tuple[Floats, Floats]:
@@ -277,10 +300,12 @@ def score_gradient(
         return verdict, dict.fromkeys(values, 0.0)
     twist, net = penalty_optimum(verdict)
     tension, total = float(np.linalg.norm(verdict.adhesion)), _total(score_load(assembly))
+    rubbing = friction_power(verdict, twist)
 
     def score_change(changed: Assembly, interfaces: Interfaces) -> float:
         forces = _shifted(changed, interfaces, verdict, net)
         energy = float((twist * _residual(changed, interfaces, forces, _dead_load(changed, verdict))).sum())
+        energy -= float(_more_friction(changed, interfaces, verdict) @ rubbing)
         return (energy / tension - verdict.score * _total(score_load(changed))) / total
 
     return verdict, _differences(make, values, verdict.interfaces, score_change, joints)
@@ -321,6 +346,12 @@ def _matched(old: Interfaces, new: Interfaces, name: str) -> Interfaces:
     if not same or np.abs(old.frame - new.frame).max(initial=0.0) > 0.1:
         raise InputError(f'"{name}": a small step changes which blocks touch, or how; there is no derivative here')
     return new
+
+
+def _more_friction(changed: Assembly, interfaces: Interfaces, result: LimitLoad | Verdict) -> Floats:
+    """By how much the coefficient of friction of each contact point grows; not at all where it stays infinite."""
+    old, new = joint_friction(result.assembly, result.interfaces), joint_friction(changed, interfaces)
+    return np.subtract(new, old, out=np.zeros_like(new), where=new != old)[interfaces.point_interface]
 
 
 def _shifted(changed: Assembly, interfaces: Interfaces, result: LimitLoad | Verdict, forces: Floats) -> Floats:

@@ -19,11 +19,10 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad
 from blockstat.analysis.problem import checked_loads
-from blockstat.analysis.verdict import relative_motion
 from blockstat.errors import InputError, check_choice
 from blockstat.imperfection.lost_edges import edge_speeds
 from blockstat.loads import Loads, as_load, weighted
-from blockstat.sensitivity.parameters import pinned
+from blockstat.sensitivity.parameters import friction_power, pinned
 from blockstat.sensitivity.vertices import PointGradient, field_of, point_gradient
 from blockstat.typing import Floats
 
@@ -133,11 +132,10 @@ def reserve_map(limit: LimitLoad, load: Any, *, loads: Loads | None = None, corn
     field = field_of(assembly, load, multiplier) + (factor - 1.0) * assembly.gravity
     k = faces.point_interface
     a, b = faces.pair[k].T
-    slip = relative_motion(assembly, faces, twist)
     force = np.einsum("nij,ni->nj", faces.frame[k], limit.forces)
     moment = np.einsum("ij,ij->i", edge_speeds(faces), np.cross(force, twist[b, 3:] - twist[a, 3:]))
     edge: Any = np.bincount(k, moment, faces.n_interfaces)
-    friction: Any = np.bincount(k, limit.forces[:, 0] * np.hypot(*slip[:, 1:].T), faces.n_interfaces)
+    friction: Any = np.bincount(k, friction_power(limit, twist), faces.n_interfaces)
     return ReserveMap(
         limit=limit,
         edge=-edge,
