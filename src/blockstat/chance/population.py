@@ -14,7 +14,7 @@ from blockstat.analysis.thrust import shared_joints
 from blockstat.chance.variables import OF_JOINTS, Random, as_strong_as, blocks_of, checked, random_variables
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError
-from blockstat.imperfection.lost_edges import without_edges
+from blockstat.imperfection.lost_edges import check_edges, without_edges
 from blockstat.loads import Loads, WeightedLoads, weighted
 from blockstat.sensitivity.moved_corners import MovedCorners
 from blockstat.sensitivity.reserve import ReserveMap
@@ -118,6 +118,8 @@ class Population:
 
     def __post_init__(self) -> None:
         checked(self.assembly, self.uncertain, self.loads)
+        if "edge" in self.uncertain:
+            check_edges('uncertain "edge"', self.interfaces)
         if "friction" in self.uncertain and self.interfaces.friction is not None:
             raise InputError('uncertain "friction": the interfaces have their own friction')
         if empty := [part.key for part in self.parts if not part.count]:
