@@ -884,3 +884,26 @@ def test_a_design_point_of_other_variables_is_refused_before_any_draw():
     with pytest.raises(InputError, match="about has a design point of 1 random values and uncertain has 2"):
         reliability(TALL, both, load=SIDE, draws=3, about=about, progress=lambda *_: told.append(_))
     assert not told
+
+
+def test_edges_are_not_random_where_joints_are_divided_into_cells():
+    """The interfaces of an earlier limit hold cells, whose centres are no corners to move in."""
+    divided = stack(1, 1.0, 2.0, friction=2.0, joints=[JointLaw(("*", "*"), compression=1e3)])
+    cells = limit_load(divided, SIDE).interfaces
+    uncertain = {"edge": Random("normal", 0.02, 0.005)}
+    for ask in (reliability, first_order, fragility):
+        with pytest.raises(InputError, match='uncertain "edge": joints that are divided into cells have no edges'):
+            ask(divided, uncertain, load=SIDE, interfaces=cells)
+
+
+@pytest.mark.parametrize(("joints", "more", "beside"), [
+    ([JointLaw(("*", "*"), cells=4)], {}, "joints that are divided into cells"),
+    ([], {"corner": Random("normal", 0.0, 0.005)}, '"corner"'),
+])  # fmt: skip
+def test_edges_have_no_derivative_beside_corners_and_cells(joints, more, beside):
+    """Draws know the answer: a block that has lost some 2 cm at each edge tips at .48 of its weight."""
+    block = stack(1, 1.0, 2.0, friction=2.0, joints=joints)
+    uncertain = {"edge": Random("normal", 0.02, 0.001), "push": Random("uniform", 0.4, 0.41), **more}
+    assert reliability(block, uncertain, load=SIDE, draws=3).failures == 0
+    with pytest.raises(InputError, match=f'uncertain "edge" beside {beside} has no derivative to first order'):
+        first_order(block, uncertain, SIDE)

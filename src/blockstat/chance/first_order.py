@@ -121,7 +121,8 @@ def first_order(
     Raises
     ------
     InputError
-        For a variable that there is not, without a load, and for blocks that overlap as drawn.
+        For a variable that there is not, without a load, for blocks that overlap as drawn, and for "edge" beside
+        "corner" or joints that are divided into cells.
 
     References
     ----------
@@ -184,7 +185,16 @@ def limit_state(population: Population, load: Any, normal: Floats) -> tuple[floa
         Negative where the load is not carried.
     slope : Floats
         Shape (size,). Where the dead load is not carried, or any multiple of the load, that of the push alone.
+
+    Raises
+    ------
+    InputError
+        For a random "edge" beside a random "corner" or joints that are divided into cells: there is no derivative.
     """
+    divided = any(law.divisions for law in population.assembly.joints)
+    if "edge" in population.uncertain and ("corner" in population.uncertain or divided):
+        beside = "joints that are divided into cells" if divided else '"corner"'
+        raise InputError(f'uncertain "edge" beside {beside} has no derivative to first order; leave one out, or draw')
     draw = population.realise(normal)
     options: dict[str, Any] = {"loads": draw.loads, "gap": population.gap, "interfaces": draw.interfaces}
     found = limit_load(draw.assembly, load, optimum=True, **options)
