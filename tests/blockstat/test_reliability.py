@@ -29,6 +29,7 @@ from blockstat import (
     limit_load,
     read,
     reliability,
+    reserve_map,
     write,
 )
 from blockstat.chance.first_order import MANY, FirstOrderOutcome, limit_state
@@ -907,3 +908,23 @@ def test_edges_have_no_derivative_beside_corners_and_cells(joints, more, beside)
     assert reliability(block, uncertain, load=SIDE, draws=3).failures == 0
     with pytest.raises(InputError, match=f'uncertain "edge" beside {beside} has no derivative to first order'):
         first_order(block, uncertain, SIDE)
+
+
+def test_friction_below_what_cohesion_needs_counts_as_the_least_it_may_go_with():
+    """A slab with a cohesion of .3 of its weight slides at mu + .3; a ninth of the draws of mu are below .001."""
+    area, weight = find_interfaces(FLAT).area[0], FLAT.mass[1] * np.linalg.norm(FLAT.gravity)
+    held = FLAT.with_(joints=[JointLaw(("*", "*"), cohesion=0.3 * weight / area)])
+    uncertain = {"friction": Random("normal", 0.6, 0.5)}
+    population = Population(held, find_interfaces(held), None, uncertain)
+    for normal, mu in ((-3.0, 1e-3), (-0.4, 0.4)):
+        draw = population.realise(np.array([normal]))
+        assert limit_load(draw.assembly, SIDE).lower == pytest.approx(mu + 0.3, rel=1e-5)
+    assert population.gradient(np.array([-3.0]), draw, mapped(FLAT), np.zeros((2, 6))) == [0.0]
+    assert population.gradient(np.array([-0.4]), draw, mapped(FLAT), np.zeros((2, 6))) == pytest.approx([0.5])
+    found = reliability(held, uncertain, load=load_of(held, 0.5), draws=60)
+    low, high = found.interval
+    assert low < norm(0.6, 0.5).cdf(0.2) < high
+
+
+def mapped(scene):
+    return reserve_map(limit_load(scene, SIDE, optimum=True), SIDE, corners=False)

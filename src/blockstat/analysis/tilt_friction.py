@@ -15,7 +15,7 @@ from blockstat.analysis.limit_load import DILATES, LoadOutcome, limit_load
 from blockstat.analysis.problem import Problem, cases_of, gap_warnings, pose
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.contact.point_law import LEAST_FRICTION, joint_friction
+from blockstat.contact.point_law import joint_friction, least_friction
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.loads import acceleration
@@ -397,7 +397,7 @@ def friction_limit(
     check_choice("flow", flow, FLOWS)
     posed = pose(assembly, friction=top, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     shared, told = posed.given, _friction_of_laws(assembly, posed.interfaces)
-    least = LEAST_FRICTION if any(law.cohesion for law in assembly.joints) else 0.0
+    least = least_friction(assembly)
     mixed = any(law.cohesion and (law.tension or law.bond) for law in assembly.joints)
     told += [MIXED] if mixed else []
 
