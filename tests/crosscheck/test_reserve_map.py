@@ -14,6 +14,7 @@ from blockstat import (
     find_interfaces,
     limit_load,
     limit_load_by_point,
+    point_load,
     reserve_map,
     shared_points,
 )
@@ -184,3 +185,14 @@ def test_joints_that_have_lost_their_edges_have_no_map_by_corners():
     for ask in (reserve_map, limit_load_by_point):
         with pytest.raises(InputError, match="joints that have lost their edges have no derivative by corners"):
             ask(limit, (1, 0, 0))
+
+
+def test_a_load_with_other_moments_is_not_that_of_the_limit():
+    """The same force at half the height is carried twice over: a block tips at W b / (2 z)."""
+    block = stack(1, 1.0, 2.0, friction=2.0)
+    high, low = (point_load(block, 1, (0.0, 0.5, z), (1.0, 0.0, 0.0)) for z in (2.0, 1.0))
+    limit = limit_load(block, high, **SHARP)
+    assert limit_load(block, low, **SHARP).lower == pytest.approx(2 * limit.lower, rel=1e-6)
+    assert reserve_map(limit, high, corners=False).edge == pytest.approx([-2 * limit.lower], rel=1e-6)
+    with pytest.raises(InputError, match="the limit is not that of this load: its forces do not balance"):
+        reserve_map(limit, low, corners=False)

@@ -40,7 +40,7 @@ JointsOf = Callable[["Assembly"], Interfaces]
 
 #: Half width of the differences, relative to the parameter: the residual is smooth, so rounding sets it.
 STEP = 1e-5
-#: Forces that balance a load do so to this fraction of the largest one on a block.
+#: Forces that balance a load do so to this fraction of the largest one on a block; moments count over its size.
 BALANCE = 1e-5
 
 
@@ -131,7 +131,8 @@ def pinned(limit: LimitLoad, load: Floats, loads: Floats | None = None) -> tuple
     assembly = limit.assembly
     total = _dead_load(assembly, limit) + limit.lower * load + (0.0 if loads is None else loads)
     bonds = bond_wrenches(assembly, limit.interfaces, limit.bonds)
-    rest = _residual(assembly, limit.interfaces, limit.forces, total + bonds)[:, :3]
+    rest = _residual(assembly, limit.interfaces, limit.forces, total + bonds)
+    rest, total = (wrenches[assembly.free] / _lengths(assembly)[assembly.free] for wrenches in (rest, total))
     if np.abs(rest).max() > BALANCE * np.abs(total).max():
         raise InputError("the limit is not that of this load: its forces do not balance the weight and the load")
     return (limit.lower + limit.upper) / 2, limit.mechanism / float((limit.mechanism * load).sum())
@@ -370,6 +371,11 @@ def _dead_load(changed: Assembly, result: LimitLoad | Verdict) -> Floats:
         bound = "least" if pull - old.least < old.greatest - pull else "greatest"
         force.append(pull + getattr(new, bound) - getattr(old, bound))
     return weight(changed) + tie_wrenches(changed, changed.ties, np.array(force))
+
+
+def _lengths(assembly: Assembly) -> Floats:
+    """What turns wrenches into forces: 1, and for moments the size of the block, shape (n_blocks, 6)."""
+    return np.repeat([np.ones(assembly.n_blocks), assembly.size], 3, axis=0).T
 
 
 def _total(forces: Floats) -> float:
