@@ -595,6 +595,10 @@ def test_what_changes_nothing_has_no_design_point():
     assert found.outcome is FirstOrderOutcome.NOT_FOUND
     assert found.shares == {"push": 0.0}
     assert found.explain().startswith("Not found: the recursion did not settle on a design point")
+    assert math.isnan(found.beta)
+    assert math.isnan(found.probability)
+    assert "robability" not in found.explain()
+    assert json.loads(json.dumps(found.summary(), allow_nan=False))["probability"] is None
 
 
 @pytest.mark.parametrize(("gravity", "carried"), [((0, 0, -1), MANY), ((0.9, 0, -1), 0.0)])
@@ -707,12 +711,18 @@ def test_a_correlation_that_is_none_is_refused(correlation):
         Random("normal", 1.0, 0.1, "joint", correlation)
 
 
-@pytest.mark.parametrize("options", [{"draws": 0}, {"jobs": 0}, {"confidence": 0.0}, {"confidence": 1.0}])
-def test_numbers_of_draws_and_jobs_that_are_none_are_refused(options):
-    with pytest.raises(InputError, match="one draw and one job are needed, and 0 < confidence < 1") as error:
-        reliability(FLAT, {"friction": Random("normal", 0.6, 0.1)}, **options)
-    name, value = next(iter(options.items()))
-    assert f"{name} is {value}" in str(error.value) or f"{name} {value}" in str(error.value)
+@pytest.mark.parametrize("name", ["draws", "jobs"])
+@pytest.mark.parametrize("value", [0, -1, 2.0, "2", True])
+def test_numbers_of_draws_and_jobs_that_are_none_are_refused(name, value):
+    for ask in (reliability, fragility):
+        with pytest.raises(InputError, match=f"{name} is {value!r}; it must be a whole number of at least 1"):
+            ask(FLAT, {"friction": Random("normal", 0.6, 0.1)}, load=SIDE, **{name: value})
+
+
+@pytest.mark.parametrize("confidence", [0.0, 1.0])
+def test_a_confidence_that_is_none_is_refused(confidence):
+    with pytest.raises(InputError, match=f"confidence is {confidence}; it must be between 0 and 1"):
+        reliability(FLAT, {"friction": Random("normal", 0.6, 0.1)}, confidence=confidence)
 
 
 def test_questions_without_a_load_or_with_two_multipliers_are_refused():
@@ -720,6 +730,8 @@ def test_questions_without_a_load_or_with_two_multipliers_are_refused():
         first_order(FLAT, {"friction": Random("normal", 0.6, 0.1)})
     with pytest.raises(InputError, match='the multiplier itself is what "push" would be; leave it out'):
         fragility(FLAT, {"push": Random("normal", 0.6, 0.1)}, SIDE)
+    with pytest.raises(InputError, match="uncertain is None; it must be random variables by key"):
+        fragility(FLAT, None, SIDE)
 
 
 @pytest.mark.parametrize("uncertain", [

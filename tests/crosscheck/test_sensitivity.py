@@ -224,3 +224,10 @@ def test_the_score_of_what_slides_goes_with_its_friction(own, tension):
     slope = (assess(make({"mu": 0.401})).score - assess(make({"mu": 0.399})).score) / 0.002
     assert slope < -1
     assert gradient["mu"] == pytest.approx(slope, rel=1e-4)
+
+
+def test_a_load_may_be_a_direction():
+    for load in (lambda _: (1, 0, 0), lambda _: (5, 0, 0)):
+        limit, gradient = limit_load_gradient(rubbing, {"mu": 0.4}, load)
+        assert limit.lower == pytest.approx(0.4, rel=1e-6)
+        assert gradient["mu"] == pytest.approx(1.0, rel=1e-6)

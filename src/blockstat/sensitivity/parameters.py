@@ -15,7 +15,7 @@ to d lambda and takes it off the other, f'_n the normal force above the apex of 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from blockstat.analysis.verdict import Outcome, Verdict, relative_motion
 from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.errors import InputError
-from blockstat.loads import acceleration
+from blockstat.loads import acceleration, as_load
 from blockstat.program.bonds import bond_wrenches
 from blockstat.program.equilibrium import weight, wrenches_between
 from blockstat.program.ties import given_wrenches, tie_wrenches
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 Make = Callable[[Mapping[str, float]], "Assembly"]
-LoadOf = Callable[["Assembly"], Floats]
+LoadOf = Callable[["Assembly"], Any]
 JointsOf = Callable[["Assembly"], Interfaces]
 
 #: Half width of the differences, relative to the parameter: the residual is smooth, so rounding sets it.
@@ -56,7 +56,7 @@ def limit_load_gradient(
     values
         The values of the design by name.
     load
-        Gives the load on an assembly, shape (n_blocks, 6) [N, N m].
+        Gives the load on an assembly, as in `blockstat.limit_load`.
     joints
         Gives the joints of an assembly, if they are not what a search finds.
 
@@ -87,12 +87,13 @@ def limit_load_gradient(
     """
     assembly = _plain(make(values))
     found = joints(assembly)
-    limit = limit_load(assembly, load(assembly), interfaces=found, gap=found.searched, optimum=True)
-    multiplier, twist = pinned(limit, load(assembly))
+    push = as_load(assembly, load(assembly))
+    limit = limit_load(assembly, push, interfaces=found, gap=found.searched, optimum=True)
+    multiplier, twist = pinned(limit, push)
     rubbing = friction_power(limit, twist)
 
     def residual(changed: Assembly, interfaces: Interfaces) -> Floats:
-        total = _dead_load(changed, limit) + multiplier * load(changed)
+        total = _dead_load(changed, limit) + multiplier * as_load(changed, load(changed))
         return _residual(changed, interfaces, _shifted(changed, interfaces, limit, limit.forces), total)
 
     def change(changed: Assembly, interfaces: Interfaces) -> float:
