@@ -329,6 +329,27 @@ def check_positive(what: str, value: Any, *, least: float = 0.0) -> None:
     raise InputError(f"{what} is {value!r}; it must be {f'at least {least:g}' if least else 'above 0'}")
 
 
+def check_count(what: str, value: Any, *, least: int = 1) -> None:
+    """Raise InputError unless a value is a whole number of at least a bound.
+
+    Parameters
+    ----------
+    what : str
+        What it is; the message begins with it.
+    value : object
+        What was given.
+    least : int, optional
+        The bound.
+
+    Raises
+    ------
+    InputError
+        For anything else.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise InputError(f"{what} is {value!r}; it must be a whole number of at least {least}")
+
+
 def check_seed(value: Any) -> None:
     """Raise InputError unless random numbers can be drawn from a seed.
 
@@ -342,8 +363,7 @@ def check_seed(value: Any) -> None:
     InputError
         For anything but a whole number of at least 0.
     """
-    if not isinstance(value, (int, np.integer)) or value < 0:
-        raise InputError(f"seed is {value!r}; it must be a whole number of at least 0")
+    check_count("seed", value, least=0)
 
 
 def check_seconds(value: Any) -> None:

@@ -523,7 +523,7 @@ def test_the_domain_of_two_pushes_is_the_diamond_of_a_block_that_tips():
         assert (found.outer[:, :2] @ (x, y) <= found.outer[:, 2] * (1 + 1e-6)).all()
     with pytest.raises(InputError, match=r"along \(-?\d.*\): Unbounded"):
         load_domain(asm, (1, 0, 0), (0, 0, -1), directions=4)
-    with pytest.raises(InputError, match="directions is 2; a polygon needs at least 3"):
+    with pytest.raises(InputError, match="directions is 2; it must be a whole number of at least 3"):
         load_domain(asm, (1, 0, 0), (0, 1, 0), directions=2)
     assert len(load_domain(asm, (1, 0, 0), (0, 1, 0), directions=3).inner) == 3
     for two in ((3, 0, 0), (-1, 0, 0), (1, 1e-6, 0)):

@@ -1,5 +1,6 @@
 """Supports that move in whole or in part, and the cracks that follow."""
 
+import inspect
 import json
 import subprocess
 import sys
@@ -192,3 +193,20 @@ def test_the_picture_goes_into_axes_too():
     axes = Figure().add_subplot()
     assert plot_settlement(settle(beam(), {"right": (0, 0, -0.01)}), axes) is axes
     assert axes.collections
+
+
+def test_two_moves_do_not_share_a_support_that_has_ties_alone():
+    """A block that hangs from a roof by three ties, with no joint on it; it sinks as far as the roof does."""
+    ends = [((x, y, 3), (x, y, 1)) for x, y in ((0, 0), (1, 0), (0.5, 1))]
+    blocks = [box((-1, -1, 3), (2, 2, 4), name="roof"), box((0, 0, 0), (1, 1, 1), name="load")]
+    hung = Assembly.from_blocks(blocks, supports=["roof"], ties=[Tie(("roof", "load"), pair) for pair in ends])
+    found = inspect.unwrap(settle)(hung, {"roof": (0, 0, -0.01)})  # the checks of `evidence` measure by joints
+    np.testing.assert_allclose(found.mechanism[1], [0, 0, -0.01, 0, 0, 0], atol=1e-7)
+    with pytest.raises(InputError, match='two moves share the support "roof"; let each support belong to one of them'):
+        settle(hung, {"roof": (0, 0, -0.01), 0: (0, 0, -0.01)})
+
+
+@pytest.mark.parametrize("where", [None, 1.5, frozenset(["right"])])
+def test_a_part_that_moves_has_a_name_or_a_number(where):
+    with pytest.raises(InputError, match=r"a part that moves is .*; it must be a block, a group or the six numbers"):
+        settle(beam(), {where: (0, 0, -0.01)})

@@ -27,7 +27,7 @@ from blockstat import (
 from blockstat.code_check.linear import GREATEST, bearable
 from blockstat.large_displacement.capacity_curve import CapacityOutcome
 from blockstat.loads import WeightedLoads
-from evidence.scenes.small import trilith
+from evidence.scenes.small import stack, trilith
 
 SIDE = (1, 0, 0)
 
@@ -514,3 +514,13 @@ def test_numbers_of_a_check_are_numbers():
         linear_check(limit_load(wall(), SIDE), SIDE, confidence="x")
     with pytest.raises(InputError, match="site: f0 is 'a'; it must be above 0"):
         Site(f0="a")
+
+
+@pytest.mark.parametrize("site", ["B", 0.3, {"SLD": "B", "SLV": "B", "SLC": "B"}])
+def test_the_ground_of_a_check_is_a_site_or_a_table(site):
+    of = "site of SLD" if isinstance(site, dict) else "site"
+    with pytest.raises(InputError, match=f"{of} is .*; it must be a Site or a SpectrumTable"):
+        nonlinear_check(curve(), SIDE, site=site)
+    wall = stack(1, 1.0, 2.0)
+    with pytest.raises(InputError, match=r"site is .*; it must be a Site or a SpectrumTable"):
+        linear_check(limit_load(wall, SIDE), SIDE, site=site)

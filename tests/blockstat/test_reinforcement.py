@@ -129,7 +129,7 @@ def test_a_range_is_one_sided_where_blocks_meet_at_edges_alone():
 def test_a_tie_gains_nothing_where_no_load_has_a_limit():
     block = stack(1)
     limit = limit_load(block, (0, 0, -1))
-    with pytest.raises(InputError, match="no limit load to raise: Unbounded"):
+    with pytest.raises(InputError, match="no limit load to differentiate: Unbounded"):
         tie_gain(limit, (0, 0, -1), [Tie(("ground", "stone0"), ENDS)])
 
 
@@ -146,6 +146,46 @@ def test_a_tie_gains_what_the_moment_about_the_toe_says_and_loses_nothing_while_
     assert tie_gain(limit, (1, 0, 0), [slack], force=force) == pytest.approx([max(slope, 0.0)], abs=1e-9)
     given = pillar.with_(ties=[Tie(("ground", "pillar"), ends, least=force, greatest=force)])
     assert limit_load(given, (1, 0, 0)).lower - limit.lower == pytest.approx(force * slope, rel=1e-6)
+
+
+def pillar():
+    """It tips at b / (2 z) = .25 times its weight of 10 kN."""
+    return assembly(
+        [box((-4, -1, -1), (5, 2, 0), name="ground"), box((0, 0, 0), (0.5, 1, 2), name="pillar")],
+        density=1000.0,
+        gravity=(0, 0, -10),
+    )
+
+
+@pytest.mark.parametrize("force", [None, 100.0])
+def test_a_tie_gains_at_the_load_of_the_limit_alone(force):
+    """A dead load N on top of W raises the limit to (1 + N / W) b / h; a tie at z adds 2 z / (W h) for each newton."""
+    block, tie, dead = pillar(), Tie(("ground", "pillar"), ((-3, 0.5, 1.5), (0.0, 0.5, 1.5))), np.zeros((2, 6))
+    dead[1, 2] = -5e3
+    limit = limit_load(block, (1, 0, 0), loads=dead, optimum=True)
+    assert limit.lower == pytest.approx(1.5 * 0.25, rel=1e-6)
+    gain = tie_gain(limit, (1, 0, 0), [tie], force=force, loads=dead)
+    assert gain == pytest.approx([2 * 1.5 / (10e3 * 2)], rel=1e-5)
+    for load, loads in (((1, 0, 0), None), ((0, 1, 0), dead), ((0, 0, -1), dead)):
+        with pytest.raises(InputError, match="the limit is not that of this load"):
+            tie_gain(limit, load, [tie], force=force, loads=loads)
+
+
+@pytest.mark.parametrize("force", [None, 100.0])
+def test_a_tie_that_gains_is_on_its_block(force):
+    beside = Tie(("ground", "pillar"), ((-3, 0.5, 20), (0, 0.5, 20)), name="high")
+    with pytest.raises(InputError, match=r'tie "high": the point \[0.0, 0.5, 20.0\] is not on block "pillar"'):
+        tie_gain(limit_load(pillar(), (1, 0, 0)), (1, 0, 0), [beside], force=force)
+
+
+@pytest.mark.parametrize("force", ["1", None, np.nan, np.inf, 0.0, -1.0])
+def test_a_force_is_a_number_above_0(force):
+    block, tie = pillar(), Tie(("ground", "pillar"), ((-3, 0.5, 1.5), (0.0, 0.5, 1.5)))
+    if force is not None:
+        with pytest.raises(InputError, match=r"^force is .*; it must be above 0"):
+            tie_gain(limit_load(block, (1, 0, 0)), (1, 0, 0), [tie], force=force)
+    with pytest.raises(InputError, match=r"^tendon: force is .*; it must be above 0"):
+        tendon_load(block, ["ground", "pillar"], [(0, 0, 0), (0, 0, 2)], force)
 
 
 def row():

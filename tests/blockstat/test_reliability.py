@@ -29,6 +29,7 @@ from blockstat import (
     limit_load,
     read,
     reliability,
+    reserve_map,
     write,
 )
 from blockstat.chance.first_order import MANY, FirstOrderOutcome, limit_state
@@ -594,6 +595,10 @@ def test_what_changes_nothing_has_no_design_point():
     assert found.outcome is FirstOrderOutcome.NOT_FOUND
     assert found.shares == {"push": 0.0}
     assert found.explain().startswith("Not found: the recursion did not settle on a design point")
+    assert math.isnan(found.beta)
+    assert math.isnan(found.probability)
+    assert "robability" not in found.explain()
+    assert json.loads(json.dumps(found.summary(), allow_nan=False))["probability"] is None
 
 
 @pytest.mark.parametrize(("gravity", "carried"), [((0, 0, -1), MANY), ((0.9, 0, -1), 0.0)])
@@ -706,12 +711,18 @@ def test_a_correlation_that_is_none_is_refused(correlation):
         Random("normal", 1.0, 0.1, "joint", correlation)
 
 
-@pytest.mark.parametrize("options", [{"draws": 0}, {"jobs": 0}, {"confidence": 0.0}, {"confidence": 1.0}])
-def test_numbers_of_draws_and_jobs_that_are_none_are_refused(options):
-    with pytest.raises(InputError, match="one draw and one job are needed, and 0 < confidence < 1") as error:
-        reliability(FLAT, {"friction": Random("normal", 0.6, 0.1)}, **options)
-    name, value = next(iter(options.items()))
-    assert f"{name} is {value}" in str(error.value) or f"{name} {value}" in str(error.value)
+@pytest.mark.parametrize("name", ["draws", "jobs"])
+@pytest.mark.parametrize("value", [0, -1, 2.0, "2", True])
+def test_numbers_of_draws_and_jobs_that_are_none_are_refused(name, value):
+    for ask in (reliability, fragility):
+        with pytest.raises(InputError, match=f"{name} is {value!r}; it must be a whole number of at least 1"):
+            ask(FLAT, {"friction": Random("normal", 0.6, 0.1)}, load=SIDE, **{name: value})
+
+
+@pytest.mark.parametrize("confidence", [0.0, 1.0])
+def test_a_confidence_that_is_none_is_refused(confidence):
+    with pytest.raises(InputError, match=f"confidence is {confidence}; it must be between 0 and 1"):
+        reliability(FLAT, {"friction": Random("normal", 0.6, 0.1)}, confidence=confidence)
 
 
 def test_questions_without_a_load_or_with_two_multipliers_are_refused():
@@ -719,6 +730,8 @@ def test_questions_without_a_load_or_with_two_multipliers_are_refused():
         first_order(FLAT, {"friction": Random("normal", 0.6, 0.1)})
     with pytest.raises(InputError, match='the multiplier itself is what "push" would be; leave it out'):
         fragility(FLAT, {"push": Random("normal", 0.6, 0.1)}, SIDE)
+    with pytest.raises(InputError, match="uncertain is None; it must be random variables by key"):
+        fragility(FLAT, None, SIDE)
 
 
 @pytest.mark.parametrize("uncertain", [
@@ -884,3 +897,46 @@ def test_a_design_point_of_other_variables_is_refused_before_any_draw():
     with pytest.raises(InputError, match="about has a design point of 1 random values and uncertain has 2"):
         reliability(TALL, both, load=SIDE, draws=3, about=about, progress=lambda *_: told.append(_))
     assert not told
+
+
+def test_edges_are_not_random_where_joints_are_divided_into_cells():
+    """The interfaces of an earlier limit hold cells, whose centres are no corners to move in."""
+    divided = stack(1, 1.0, 2.0, friction=2.0, joints=[JointLaw(("*", "*"), compression=1e3)])
+    cells = limit_load(divided, SIDE).interfaces
+    uncertain = {"edge": Random("normal", 0.02, 0.005)}
+    for ask in (reliability, first_order, fragility):
+        with pytest.raises(InputError, match='uncertain "edge": joints that are divided into cells have no edges'):
+            ask(divided, uncertain, load=SIDE, interfaces=cells)
+
+
+@pytest.mark.parametrize(("joints", "more", "beside"), [
+    ([JointLaw(("*", "*"), cells=4)], {}, "joints that are divided into cells"),
+    ([], {"corner": Random("normal", 0.0, 0.005)}, '"corner"'),
+])  # fmt: skip
+def test_edges_have_no_derivative_beside_corners_and_cells(joints, more, beside):
+    """Draws know the answer: a block that has lost some 2 cm at each edge tips at .48 of its weight."""
+    block = stack(1, 1.0, 2.0, friction=2.0, joints=joints)
+    uncertain = {"edge": Random("normal", 0.02, 0.001), "push": Random("uniform", 0.4, 0.41), **more}
+    assert reliability(block, uncertain, load=SIDE, draws=3).failures == 0
+    with pytest.raises(InputError, match=f'uncertain "edge" beside {beside} has no derivative to first order'):
+        first_order(block, uncertain, SIDE)
+
+
+def test_friction_below_what_cohesion_needs_counts_as_the_least_it_may_go_with():
+    """A slab with a cohesion of .3 of its weight slides at mu + .3; a ninth of the draws of mu are below .001."""
+    area, weight = find_interfaces(FLAT).area[0], FLAT.mass[1] * np.linalg.norm(FLAT.gravity)
+    held = FLAT.with_(joints=[JointLaw(("*", "*"), cohesion=0.3 * weight / area)])
+    uncertain = {"friction": Random("normal", 0.6, 0.5)}
+    population = Population(held, find_interfaces(held), None, uncertain)
+    for normal, mu in ((-3.0, 1e-3), (-0.4, 0.4)):
+        draw = population.realise(np.array([normal]))
+        assert limit_load(draw.assembly, SIDE).lower == pytest.approx(mu + 0.3, rel=1e-5)
+    assert population.gradient(np.array([-3.0]), draw, mapped(FLAT), np.zeros((2, 6))) == [0.0]
+    assert population.gradient(np.array([-0.4]), draw, mapped(FLAT), np.zeros((2, 6))) == pytest.approx([0.5])
+    found = reliability(held, uncertain, load=load_of(held, 0.5), draws=60)
+    low, high = found.interval
+    assert low < norm(0.6, 0.5).cdf(0.2) < high
+
+
+def mapped(scene):
+    return reserve_map(limit_load(scene, SIDE, optimum=True), SIDE, corners=False)

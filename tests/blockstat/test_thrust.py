@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 import pytest
 
-from blockstat import InputError, JointLaw, ThrustOutcome, Tie, load_domain, point_load, thrust_range
+from blockstat import InputError, JointLaw, ThrustOutcome, Tie, acceleration, load_domain, point_load, thrust_range
 from blockstat.analysis import thrust
 from blockstat.solve.answer import Status
 from evidence.scenes.small import arch, assembly, box, flat_arch, prism
@@ -198,3 +198,44 @@ def test_a_domain_tells_what_its_limit_loads_warn_of():
     assert found.warnings == (
         'contacts without area carry nothing under a joint law with compressive strength: "ridge" and "slab"',
     )
+
+
+def pillar(**options):
+    """1 x 1 x 2 m: it weighs 20 kN and tips at half of that."""
+    return assembly(
+        [GROUND, box((0, 0, 0), (1, 1, 2), name="b", group="wall")],
+        supports=["ground"],
+        density=1000.0,
+        gravity=(0, 0, -10),
+        **options,
+    )
+
+
+def test_loads_that_differ_on_supports_alone_span_no_domain():
+    """What acts on a support moves nothing: the domain would have no end along their difference."""
+    block = pillar()
+    one = acceleration(block, (1, 0, 0))
+    for other in (acceleration(block, (1, 0, 0), group="wall"), acceleration(block, (-1, 0, 0), group="wall")):
+        with pytest.raises(InputError, match="the two loads are the same but for their size; they span no domain"):
+            load_domain(block, one, other, directions=4)
+
+
+def test_loads_that_agree_on_a_heavy_support_alone_span_a_domain():
+    block, across = pillar(), acceleration(pillar(), (0, 1, 0))
+    across[0] = 1e6 * acceleration(block, (1, 0, 0))[0]
+    found = load_domain(block, acceleration(block, (1, 0, 0)), across, directions=4)
+    assert np.abs(found.inner).max(axis=0) == pytest.approx([0.5, 0.5], rel=1e-5)
+
+
+@pytest.mark.parametrize("directions", [8.0, 2, True, "8"])
+def test_the_rays_of_a_domain_are_a_whole_number(directions):
+    with pytest.raises(InputError, match=f"directions is {directions!r}; it must be a whole number of at least 3"):
+        load_domain(pillar(), (1, 0, 0), (0, 1, 0), directions=directions)
+
+
+def test_a_support_that_is_named_twice_counts_once():
+    """A tie that pulls a block down on its support leaves the thrust the weight."""
+    held = pillar(ties=[Tie(("ground", "b"), ((0.5, 0.5, 0), (0.5, 0.5, 2)), least=100.0, greatest=100.0)])
+    for names in (["ground"], ["ground", "ground"], [0, "ground"]):
+        found = range_with_ties(held, names, (0, 0, -1))
+        assert (found.least, found.greatest) == pytest.approx((20e3, 20e3), rel=1e-6)

@@ -173,3 +173,10 @@ def test_a_tilt_without_dilatancy_is_not_said_to_dilate(flow, told):
         found = tilt_limit(Assembly.from_blocks(blocks, supports=[0], friction=1.0), axis, flow=flow)
         assert found.outcome is BracketOutcome.ALWAYS_STANDS
         assert ("Friction is associated" in found.explain()) is told
+
+
+@pytest.mark.parametrize("option", ["top", "width"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, "1", None])
+def test_the_ends_and_the_width_of_a_bracket_of_friction_are_numbers_above_0(option, value):
+    with pytest.raises(InputError, match=f"{option} is {value!r}; it must be "):
+        friction_limit(slab_on_a_slope(), **{option: value})

@@ -7,7 +7,17 @@ import pytest
 from test_sensitivity import tied
 from test_vertex_sensitivity import CASES, fair_motion
 
-from blockstat import InputError, JointLaw, find_interfaces, limit_load, reserve_map, shared_points
+from blockstat import (
+    Imperfections,
+    InputError,
+    JointLaw,
+    find_interfaces,
+    limit_load,
+    limit_load_by_point,
+    point_load,
+    reserve_map,
+    shared_points,
+)
 from blockstat.contact.point_law import joint_friction
 from blockstat.imperfection.lost_edges import edge_speeds, first_event, lose_edges
 from blockstat.sensitivity.moved_corners import MovedCorners
@@ -154,3 +164,35 @@ def test_what_a_tied_pillar_hangs_on():
     assert found.edge == pytest.approx([-1.0], rel=1e-6)
     assert found.friction == pytest.approx([0.0], abs=1e-6)
     assert found.density * asm.density == pytest.approx([0.0, -gain], rel=1e-6)
+
+
+def test_joints_that_are_divided_into_cells_have_a_map_of_their_friction_alone():
+    """A slab slides at mu, whatever its cells: the derivative is 1 by friction and not known by edges."""
+    slab = stack(1, 2.0, 0.5, friction=0.6, joints=[JointLaw(("*", "*"), cells=4)])
+    found = reserve_map(limit_load(slab, (1, 0, 0), **SHARP), (1, 0, 0), corners=False)
+    assert found.friction == pytest.approx([1.0], rel=1e-6)
+    assert np.isnan(found.edge).all()
+    with pytest.raises(InputError, match="the joints are divided into cells; a map by what their edges lose is not"):
+        found.most("edge")
+
+
+def test_joints_that_have_lost_their_edges_have_no_map_by_corners():
+    """A block of width b and height h that has lost d at each edge tips at (b - 2 d) / h, and by d at -2 / h."""
+    block = stack(1, 1.0, 2.0, friction=2.0)
+    limit = limit_load(block, (1, 0, 0), imperfections=Imperfections(edge=0.1), **SHARP)
+    assert limit.lower == pytest.approx(0.4, rel=1e-6)
+    assert reserve_map(limit, (1, 0, 0), corners=False).edge == pytest.approx([-1.0], rel=1e-6)
+    for ask in (reserve_map, limit_load_by_point):
+        with pytest.raises(InputError, match="joints that have lost their edges have no derivative by corners"):
+            ask(limit, (1, 0, 0))
+
+
+def test_a_load_with_other_moments_is_not_that_of_the_limit():
+    """The same force at half the height is carried twice over: a block tips at W b / (2 z)."""
+    block = stack(1, 1.0, 2.0, friction=2.0)
+    high, low = (point_load(block, 1, (0.0, 0.5, z), (1.0, 0.0, 0.0)) for z in (2.0, 1.0))
+    limit = limit_load(block, high, **SHARP)
+    assert limit_load(block, low, **SHARP).lower == pytest.approx(2 * limit.lower, rel=1e-6)
+    assert reserve_map(limit, high, corners=False).edge == pytest.approx([-2 * limit.lower], rel=1e-6)
+    with pytest.raises(InputError, match="the limit is not that of this load: its forces do not balance"):
+        reserve_map(limit, low, corners=False)

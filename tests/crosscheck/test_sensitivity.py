@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 
-from blockstat import InputError, JointLaw, Tie, acceleration, assess, build, limit_load, with_values
+from blockstat import (
+    Assembly,
+    InputError,
+    JointLaw,
+    Tie,
+    acceleration,
+    assess,
+    build,
+    limit_load,
+    with_values,
+)  # fmt: skip
 from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient
 from blockstat.spec import scene_from
 from evidence.scenes.small import HUT, arch, assembly, box, running_bond
@@ -169,3 +179,55 @@ def test_a_step_that_adds_a_tie_has_no_derivative():
 
     with pytest.raises(InputError, match="a small step changes how many ties there are"):
         limit_load_gradient(make, {"more": 1.0}, sideways)
+
+
+def rubbing(values, *, tension=0.0, own=False, **options):
+    """A low slab that slides: its weight is 0.2 x density x g, and its joint has an area of 1 m2."""
+    law = JointLaw(("slab", "*"), friction=values["mu"] if own else None, tension=tension)
+    parts = [box((-2, -2, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 0.2), name="slab", group="slab")]
+    options |= {"friction": 0.9 if own else values["mu"], "density": 1000.0, "joints": [law]}
+    return Assembly.from_blocks(parts, supports=["ground"], **options)
+
+
+@pytest.mark.parametrize("own", [False, True], ids=["assembly", "law"])
+@pytest.mark.parametrize("tension", [0.0, 500.0])
+def test_the_limit_of_what_slides_goes_with_its_friction(own, tension):
+    """Coulomb with a tension T: H = mu (W + T A), so the multiplier grows by 1 + T A / W for each unit of mu."""
+
+    def make(values):
+        return rubbing(values, tension=tension, own=own)
+
+    limit, gradient = limit_load_gradient(make, {"mu": 0.4}, sideways)
+    more = 1 + tension / (200 * np.linalg.norm(limit.assembly.gravity))
+    assert limit.lower == pytest.approx(0.4 * more, rel=1e-5)
+    assert gradient["mu"] == pytest.approx(more, rel=1e-5)
+
+
+@pytest.mark.parametrize("mu", [0.9, np.inf])
+def test_friction_leaves_the_limit_of_what_tips_as_it_is(mu):
+    def make(values):
+        parts = [box((-2, -2, -1), (2, 2, 0)), box((0, 0, 0), (values["width"], 1, 2))]
+        return Assembly.from_blocks(parts, supports=[0], friction=mu + values["more"])
+
+    _, gradient = limit_load_gradient(make, {"width": 1.0, "more": 0.01}, sideways)
+    assert gradient["width"] == pytest.approx(0.5, rel=1e-5)
+    assert gradient["more"] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("own", [False, True], ids=["assembly", "law"])
+@pytest.mark.parametrize("tension", [0.0, 200.0])
+def test_the_score_of_what_slides_goes_with_its_friction(own, tension):
+    def make(values):
+        return rubbing(values, tension=tension, own=own, gravity=(6.0, 0.0, -9.0))
+
+    _, gradient = score_gradient(make, {"mu": 0.4})
+    slope = (assess(make({"mu": 0.401})).score - assess(make({"mu": 0.399})).score) / 0.002
+    assert slope < -1
+    assert gradient["mu"] == pytest.approx(slope, rel=1e-4)
+
+
+def test_a_load_may_be_a_direction():
+    for load in (lambda _: (1, 0, 0), lambda _: (5, 0, 0)):
+        limit, gradient = limit_load_gradient(rubbing, {"mu": 0.4}, load)
+        assert limit.lower == pytest.approx(0.4, rel=1e-6)
+        assert gradient["mu"] == pytest.approx(1.0, rel=1e-6)

@@ -379,9 +379,11 @@ def test_friction_of_side_walls_by_the_code_is_four_fifths_of_the_sum_over_the_j
         joints = [0.577 * (k * 0.3 * 0.25 * 0.5 * 18.0) for k in range(1, courses + 1)]
         assert side_wall_friction(courses=courses, **wall) == pytest.approx(0.8 * sum(joints))
         assert side_wall_friction(courses=courses, phi=0.6, **wall) == pytest.approx(0.8 * sum(joints) * 0.6 / 1.2)
+        assert side_wall_friction(courses=np.int64(courses), **wall) == side_wall_friction(courses=courses, **wall)
     for key in wall:
-        with pytest.raises(InputError, match=key):
-            side_wall_friction(courses=12, **{**wall, key: 0.0})
+        for value in (0.0, "1", None):
+            with pytest.raises(InputError, match=f"{key} is {value!r}; it must be above 0"):
+                side_wall_friction(courses=12, **{**wall, key: value})
     with pytest.raises(InputError, match="courses is 0"):
         side_wall_friction(courses=0, **wall)
 

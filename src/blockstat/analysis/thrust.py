@@ -18,7 +18,7 @@ from blockstat.certificate.check import opening_slack
 from blockstat.certificate.interior_motions import least_slack
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces, near_blocks
 from blockstat.contact.penetration import check_copies, check_overlaps, overlaps
-from blockstat.errors import InputError, check_choice, check_vector, known_options
+from blockstat.errors import InputError, check_choice, check_count, check_vector, known_options
 from blockstat.loads import as_load
 from blockstat.program.conic import conic_program
 from blockstat.program.ties import bearing_ties, tie_wrenches
@@ -307,9 +307,9 @@ def load_domain(
     assembly = assembly if gravity is None else assembly.with_(gravity=gravity)
     first, second = as_load(assembly, one), as_load(assembly, two)
     shared, told = shared_joints(assembly, gap, interfaces)
-    if directions < 3:
-        raise InputError(f"directions is {directions!r}; a polygon needs at least 3")
-    cosine = float((first * second).sum() / np.sqrt((first**2).sum() * (second**2).sum()))
+    check_count("directions", directions, least=3)
+    free, other = (load[assembly.free] for load in (first, second))
+    cosine = float((free * other).sum() / np.sqrt((free**2).sum() * (other**2).sum()))
     if abs(cosine) > 1 - PARALLEL:
         raise InputError("the two loads are the same but for their size; they span no domain")
     inner, outer = [], []
@@ -415,14 +415,14 @@ def support_indices(assembly: Assembly, supports: Sequence[int | str]) -> Ints:
     Returns
     -------
     array of int
-        Numbers of the blocks.
+        Numbers of the blocks, ascending, each once.
 
     Raises
     ------
     InputError
         For a block that is no support, naming the supports.
     """
-    indices = assembly.blocks_named(supports, "supports")
+    indices = np.unique(assembly.blocks_named(supports, "supports"))
     for index in indices[~assembly.support[indices]]:
         names = ", ".join(assembly.names[i] for i in np.flatnonzero(assembly.support)[:8])
         raise InputError(f'supports: "{assembly.names[index]}" is no support; supports are: {names}')

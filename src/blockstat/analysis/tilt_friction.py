@@ -15,7 +15,7 @@ from blockstat.analysis.limit_load import DILATES, LoadOutcome, limit_load
 from blockstat.analysis.problem import Problem, cases_of, gap_warnings, pose
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.contact.point_law import LEAST_FRICTION, joint_friction
+from blockstat.contact.point_law import joint_friction, least_friction
 from blockstat.errors import InputError, check_choice, check_positive, known_options
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.loads import acceleration
@@ -31,6 +31,8 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 STEP = 5.0
 #: Bisections stop at this width (degrees, or friction).
 WIDTH = 1e-6
+#: Narrower brackets of friction are not asked for: the numbers between their ends run out.
+LEAST_WIDTH = 1e-12
 #: Two values so far (of that width) on either side of a limit are a bracket of less than the width.
 BESIDE = 0.45
 #: And at this one (degrees) without dilatancy, as the programs leave 1e-4 of the friction unused.
@@ -397,12 +399,11 @@ def friction_limit(
     """
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
-    check_positive("width", width)
-    if not isinstance(top, (int, float, np.number)) or not 0 <= top < math.inf:
-        raise InputError(f"top is {top!r}; it must be a finite number of at least 0")
+    check_positive("top", top)
+    check_positive("width", width, least=LEAST_WIDTH)
     posed = pose(assembly, friction=top, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     shared, told = posed.given, _friction_of_laws(assembly, posed.interfaces)
-    least = LEAST_FRICTION if any(law.cohesion for law in assembly.joints) else 0.0
+    least = least_friction(assembly)
     mixed = any(law.cohesion and (law.tension or law.bond) for law in assembly.joints)
     told += [MIXED] if mixed else []
 

@@ -23,7 +23,7 @@ from blockstat.chance.variables import Random
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loads import Loads, as_load
-from blockstat.result import Result, Sentence
+from blockstat.result import Result, Sentence, finite
 from blockstat.sensitivity.parameters import pinned
 from blockstat.sensitivity.reserve import reserve_map
 from blockstat.typing import Floats
@@ -51,7 +51,9 @@ class FirstOrder(Result):
     """The design point and what follows from it."""
 
     outcome: FirstOrderOutcome
-    beta: float  #: distance of the limit state from the mean, in standard deviations; negative where the mean falls
+    #: distance of the limit state from the mean, in standard deviations; negative where the mean falls, and nan where
+    #: the recursion came to a place where nothing has a slope
+    beta: float
     point: Floats  #: the design point in standard normal variables, shape (n,)
     values: dict[str, float]  #: the random variables there; of many values their mean
     shares: dict[str, float]  #: part of each variable in the variance of the limit state; they sum to 1
@@ -71,13 +73,14 @@ class FirstOrder(Result):
         str
             One fact a line.
         """
-        lines = [self.outcome.value, f"Probability {self.probability:.4g} (beta {self.beta:.4g})."]
+        known = [] if np.isnan(self.beta) else [f"Probability {self.probability:.4g} (beta {self.beta:.4g})."]
+        lines = [self.outcome.value, *known]
         for key, share in sorted(self.shares.items(), key=lambda item: -item[1]):
             lines.append(f"{key}: {self.values[key]:.6g} at the design point, {share:.0%} of the variance.")
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON.
+        """Return plain values for JSON; None for what is not known.
 
         Returns
         -------
@@ -87,8 +90,8 @@ class FirstOrder(Result):
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
-            "probability": self.probability,
-            "beta": self.beta,
+            "probability": finite(self.probability),
+            "beta": finite(self.beta),
             "values": self.values,
             "shares": self.shares,
         }
@@ -121,7 +124,8 @@ def first_order(
     Raises
     ------
     InputError
-        For a variable that there is not, without a load, and for blocks that overlap as drawn.
+        For a variable that there is not, without a load, for blocks that overlap as drawn, and for "edge" beside
+        "corner" or joints that are divided into cells.
 
     References
     ----------
@@ -147,6 +151,7 @@ def first_order(
         value, slope = limit_state(population, load, point)
         steep = float(slope @ slope)
         if steep == 0.0:
+            side = np.nan
             break
         nearer = (slope @ point - value) / steep * slope
         step = (nearer - point) / (1 + count // PATIENCE)
@@ -184,7 +189,16 @@ def limit_state(population: Population, load: Any, normal: Floats) -> tuple[floa
         Negative where the load is not carried.
     slope : Floats
         Shape (size,). Where the dead load is not carried, or any multiple of the load, that of the push alone.
+
+    Raises
+    ------
+    InputError
+        For a random "edge" beside a random "corner" or joints that are divided into cells: there is no derivative.
     """
+    divided = any(law.divisions for law in population.assembly.joints)
+    if "edge" in population.uncertain and ("corner" in population.uncertain or divided):
+        beside = "joints that are divided into cells" if divided else '"corner"'
+        raise InputError(f'uncertain "edge" beside {beside} has no derivative to first order; leave one out, or draw')
     draw = population.realise(normal)
     options: dict[str, Any] = {"loads": draw.loads, "gap": population.gap, "interfaces": draw.interfaces}
     found = limit_load(draw.assembly, load, optimum=True, **options)

@@ -19,7 +19,7 @@ from blockstat.chance.population import Population, population_of
 from blockstat.chance.trials import Trials, judge_all
 from blockstat.chance.variables import Random
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, check_choice, check_seed, known_options
+from blockstat.errors import InputError, check_choice, check_count, check_seed, known_options
 from blockstat.loads import Loads
 from blockstat.result import Result, Sentence
 from blockstat.system.workers import in_stretches
@@ -223,10 +223,9 @@ def reliability(
     """
     check_choice("flow", flow, FLOWS)
     population, load = population_of(assembly, uncertain, load, loads, gap=gap, interfaces=interfaces)
-    if draws < 1 or (jobs is not None and jobs < 1) or not 0 < confidence < 1:
-        given = f"draws is {draws}, jobs {jobs} and confidence {confidence}"
-        raise InputError(f"{given}; one draw and one job are needed, and 0 < confidence < 1")
-    check_seed(seed)
+    _check_draws(draws, seed, jobs)
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence is {confidence!r}; it must be between 0 and 1")
     centre = np.zeros(population.size) if about is None else about.point
     if centre.shape != (population.size,):
         raise InputError(
@@ -260,6 +259,13 @@ def reliability(
         self_stress=int(held.sum()),
         at_most=at_most,
     )
+
+
+def _check_draws(draws: Any, seed: Any, jobs: Any) -> None:
+    check_count("draws", draws)
+    check_seed(seed)
+    if jobs is not None:
+        check_count("jobs", jobs)
 
 
 def _binomial(failures: int, undecided: int, draws: int, confidence: float) -> tuple[float, tuple[float, float]]:
@@ -320,10 +326,12 @@ def fragility(
     InputError
         As in `reliability`, and for a random "push", which is what the multiplier is.
     """
+    if not isinstance(uncertain, Mapping):
+        raise InputError(f"uncertain is {uncertain!r}; it must be random variables by key")
     if "push" in uncertain:
         raise InputError('the multiplier itself is what "push" would be; leave it out')
     population, load = population_of(assembly, uncertain, load, loads, gap=gap, interfaces=interfaces)
-    check_seed(seed)
+    _check_draws(draws, seed, jobs)
     normals = np.random.default_rng(seed).standard_normal((draws, population.size))
     return np.sort(np.array(in_stretches(partial(_multipliers, population, load), normals, jobs), dtype=float))
 

@@ -13,8 +13,9 @@ import numpy as np
 from blockstat.analysis.thrust import shared_joints
 from blockstat.chance.variables import OF_JOINTS, Random, as_strong_as, blocks_of, checked, random_variables
 from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.point_law import least_friction
 from blockstat.errors import InputError
-from blockstat.imperfection.lost_edges import without_edges
+from blockstat.imperfection.lost_edges import check_edges, without_edges
 from blockstat.loads import Loads, WeightedLoads, weighted
 from blockstat.sensitivity.moved_corners import MovedCorners
 from blockstat.sensitivity.reserve import ReserveMap
@@ -50,6 +51,7 @@ class Part:
     count: int  #: values
     #: the value of each joint, block or shared coordinate, -1 where there is none; shape (n_joints or n_blocks,)
     label: Ints
+    least: float = -np.inf  #: values below it, which a normal has, are this
 
     @property
     def kind(self) -> str:
@@ -57,7 +59,7 @@ class Part:
         return self.key.partition(".")[0]
 
     def value(self, normal: Floats) -> Floats:
-        """Return the values that count: negative friction, losses and densities, which a normal has, are none.
+        """Return the values that count: those below the least are the least.
 
         Parameters
         ----------
@@ -69,8 +71,7 @@ class Part:
         Floats
             Shape (count,).
         """
-        least = {"friction": 0.0, "edge": 0.0, "density": LIGHT}.get(self.kind, -np.inf)
-        return np.maximum(self.variable.value(self.standard(normal)), least)
+        return np.maximum(self.variable.value(self.standard(normal)), self.least)
 
     @property
     def shared(self) -> bool:
@@ -118,6 +119,8 @@ class Population:
 
     def __post_init__(self) -> None:
         checked(self.assembly, self.uncertain, self.loads)
+        if "edge" in self.uncertain:
+            check_edges('uncertain "edge"', self.interfaces)
         if "friction" in self.uncertain and self.interfaces.friction is not None:
             raise InputError('uncertain "friction": the interfaces have their own friction')
         if empty := [part.key for part in self.parts if not part.count]:
@@ -133,9 +136,11 @@ class Population:
     def parts(self) -> list[Part]:
         """The random variables in their order."""
         found, first = [], 0
+        least = {"friction": least_friction(self.assembly), "edge": 0.0, "density": LIGHT}
         for key, variable in self.uncertain.items():
             label = self._labels(key, variable.each)
-            part = Part(key, variable, first, int(label.max(initial=-1)) + 1, label)
+            kind = key.partition(".")[0]
+            part = Part(key, variable, first, int(label.max(initial=-1)) + 1, label, least.get(kind, -np.inf))
             found.append(part)
             first += part.normals
         return found
@@ -161,7 +166,8 @@ class Population:
         Returns
         -------
         Draw
-            Negative friction, losses and densities, which a normal distribution may give, count as none.
+            Negative friction, losses and densities, which a normal distribution may give, count as none; beside
+            cohesion, as the least friction that it may go with.
         """
         assembly, joints, push = self.assembly, self.interfaces, 1.0
         density = assembly.density.copy()
@@ -257,8 +263,7 @@ class Population:
             own = np.bincount(part.label[held], by[held], part.count)
             standard = part.standard(normal)
             own *= variable.slope(standard)
-            if kind in (*OF_JOINTS, "density"):
-                own[variable.value(standard) < 0] = 0.0
+            own[variable.value(standard) < part.least] = 0.0
             common, single = part.mixing
             gradient[part.first : part.first + part.normals] = (
                 np.concatenate([[common * own.sum()], single * own]) if part.shared else own

@@ -21,8 +21,8 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
 from blockstat.code_check.pushed import G, check_pushed, mass_points
-from blockstat.code_check.spectrum import Floor, Site, Spectrum
-from blockstat.errors import InputError, check_positive, check_vector, known_options
+from blockstat.code_check.spectrum import Floor, Spectrum, spectrum_of
+from blockstat.errors import InputError, check_count, check_positive, check_vector, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.result import Result, Sentence
@@ -213,7 +213,7 @@ def linear_check(
         check_positive(name, value, least=1)
     if demand is not None:
         check_demand("demand", demand)
-    ground: Spectrum = Site() if site is None else site
+    ground = spectrum_of(site)
     bodies = moving_bodies(limit)
     if limit.coulomb_least is None:
         alpha0, multiplier = limit.lower, "with associated friction, which dilates: real joints may carry less"
@@ -377,17 +377,14 @@ def side_wall_friction(
     >>> round(side_wall_friction(**wall, unit_weight=18e3, friction=0.577), 2)
     24303.24
     """
-    if not isinstance(courses, int) or courses < 1:
-        raise InputError(f"courses is {courses!r}; it must be a whole number of at least 1")
-    phi = height / overlap if phi is None and overlap > 0 else phi
+    check_count("courses", courses)
     numbers = {
-        "height": height, "overlap": overlap, "thickness": thickness, "unit_weight": unit_weight,
-        "friction": friction, "phi": phi,
+        "height": height, "overlap": overlap, "thickness": thickness, "unit_weight": unit_weight, "friction": friction,
     }  # fmt: skip
     for name, value in numbers.items():
-        if value is None or not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} is {value!r}; it must be above 0")
-    assert phi is not None
+        check_positive(name, value)
+    phi = height / overlap if phi is None else phi
+    check_positive("phi", phi)
     return 0.4 * courses * (courses + 1) * phi * friction * overlap**2 * thickness * unit_weight
 
 

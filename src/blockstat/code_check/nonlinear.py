@@ -34,7 +34,7 @@ from blockstat.code_check.linear import (
     work_sums,
 )
 from blockstat.code_check.pushed import G, check_pushed, mass_points
-from blockstat.code_check.spectrum import Floor, Site, Spectrum
+from blockstat.code_check.spectrum import Floor, Spectrum, spectrum_of
 from blockstat.errors import InputError, check_choice, check_positive, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome
 from blockstat.result import Result
@@ -327,12 +327,12 @@ def _spectra(site: Spectrum | Mapping[str, Spectrum] | None) -> Mapping[str, Spe
     """The spectrum of each limit state."""
     names = ("SLD", *STATES)
     if not isinstance(site, Mapping):
-        return dict.fromkeys(names, Site() if site is None else site)
+        return dict.fromkeys(names, spectrum_of(site))
     for name in site:
         check_choice("site", name, names)
     if missing := [name for name in names if name not in site]:
         raise InputError(f"site has no spectrum of {', '.join(missing)}; a mapping has one of {', '.join(names)}")
-    return site
+    return {name: spectrum_of(own, f"site of {name}") for name, own in site.items()}
 
 
 def _forward(curve: CapacityCurve) -> tuple[CapacityCurve, list[str]]:

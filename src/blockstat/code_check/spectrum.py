@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -151,6 +152,33 @@ class SpectrumTable:
 
 #: What gives `spectrum(ag, period, damping=)`.
 Spectrum = Site | SpectrumTable
+
+
+def spectrum_of(site: Any, what: str = "site") -> Spectrum:
+    """Return the ground of a verification.
+
+    Parameters
+    ----------
+    site : object
+        What was given; None for rock.
+    what : str, optional
+        What it is; the message of an error begins with it.
+
+    Returns
+    -------
+    Site or SpectrumTable
+        The ground.
+
+    Raises
+    ------
+    InputError
+        For anything else.
+    """
+    if site is None:
+        return Site()
+    if not isinstance(site, Spectrum):
+        raise InputError(f"{what} is {site!r}; it must be a Site or a SpectrumTable")
+    return site
 
 
 @dataclass(frozen=True)

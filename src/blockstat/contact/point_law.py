@@ -95,6 +95,22 @@ def point_law(assembly: Assembly, interfaces: Interfaces) -> PointLaw:
     return PointLaw(friction[k], share * apex[k], share * floor[k], cap)
 
 
+def least_friction(assembly: Assembly) -> float:
+    """Return the least coefficient of friction that the joints of an assembly may have.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Has the joint laws.
+
+    Returns
+    -------
+    float
+        0, or what cohesion needs where a law has it.
+    """
+    return LEAST_FRICTION if any(law.cohesion for law in assembly.joints) else 0.0
+
+
 def laws_of(assembly: Assembly, interfaces: Interfaces) -> list[tuple[JointLaw, np.ndarray]]:
     """Return each joint law with the interfaces that it fits.
 

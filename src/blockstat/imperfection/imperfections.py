@@ -20,7 +20,7 @@ import numpy as np
 from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.tolerance import LENGTH, UNITS
 from blockstat.errors import InputError
-from blockstat.imperfection.lost_edges import least_width, lose_edges
+from blockstat.imperfection.lost_edges import check_edges, least_width, lose_edges
 from blockstat.joint import fits
 from blockstat.loads import Loads, numbers, weighted
 from blockstat.typing import Floats
@@ -104,8 +104,7 @@ class Imperfections:
         loss, relative = self._edge()
         if not loss:
             return interfaces
-        if interfaces.share is not None:
-            raise InputError("imperfections: joints that are divided into cells have no edges to lose")
+        check_edges("imperfections", interfaces)
         depth = loss * least_width(interfaces) if relative else np.full(interfaces.n_interfaces, loss)
         return lose_edges(interfaces, depth)
 

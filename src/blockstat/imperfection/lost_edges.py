@@ -9,6 +9,7 @@ import numpy as np
 from blockstat.contact.coplanar import Patch
 from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import Interfaces
+from blockstat.errors import InputError
 from blockstat.geometry import clipping
 from blockstat.geometry.polyhedron import next_in_face
 from blockstat.imperfection.lost_patches import corner_speeds, lose_rims
@@ -16,6 +17,25 @@ from blockstat.typing import Floats, Ints
 
 #: Share of the loss at which an edge vanishes up to which all corners move on straight lines: short of rounding.
 BEFORE = 1.0 - 1e-9
+
+
+def check_edges(what: str, interfaces: Interfaces) -> None:
+    """Raise InputError for joints that are divided into cells, whose points are not their corners.
+
+    Parameters
+    ----------
+    what
+        What their edges are asked for; the message begins with it.
+    interfaces
+        The joints.
+
+    Raises
+    ------
+    InputError
+        Where there are cells.
+    """
+    if interfaces.share is not None:
+        raise InputError(f"{what}: joints that are divided into cells have no edges to lose")
 
 
 def lose_edges(interfaces: Interfaces, depth: Floats) -> Interfaces:

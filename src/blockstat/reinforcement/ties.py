@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
+from blockstat.analysis.limit_load import LimitLoad, limit_load
+from blockstat.analysis.problem import checked_loads
 from blockstat.analysis.thrust import extreme, standing, with_overlaps
 from blockstat.assembly import Block
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_positive, known_options
 from blockstat.joint import Tie
 from blockstat.loads import as_load, as_points, numbers, on_block, three
-from blockstat.program.ties import tie_columns, tied_pairs
+from blockstat.program.ties import check_anchors, tie_columns, tied_pairs
 from blockstat.result import Result, Sentence, counted, finite
+from blockstat.sensitivity.parameters import pinned
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -184,7 +186,7 @@ def tie_gain(
     force : float, optional
         Greatest force of each tie by itself [N]: what it gains up to there is computed by a limit load each.
     loads : array of float, shape (n_blocks, 6), optional
-        With `force`, the permanent loads of the limit [N, N m].
+        The permanent loads of the limit [N, N m].
 
     Returns
     -------
@@ -195,7 +197,8 @@ def tie_gain(
     Raises
     ------
     InputError
-        When there is no limit, for a tie to a block that does not exist, or a force that is not positive.
+        When there is no limit, when `load` and `loads` are not those of it, for a tie to a block that does not exist or
+        beside it, or a force that is not positive.
 
     Notes
     -----
@@ -220,17 +223,15 @@ def tie_gain(
     >>> (9810.0 * tie_gain(limit, (1, 0, 0), places, force=20e3)).round(3).tolist()
     [0.466, 1.0, 0.687]
     """
-    if limit.outcome is not LoadOutcome.LIMIT:
-        raise InputError(f"no limit load to raise: {limit.outcome.value}")
     assembly = limit.assembly
+    _, motion = pinned(limit, as_load(assembly, load), checked_loads(assembly, loads))
+    check_anchors(assembly.with_(ties=ties))
     if force is not None:
-        if not (np.isfinite(force) and force > 0):
-            raise InputError(f"force is {force!r}; it must be above 0")
+        check_positive("force", force)
         options: dict[str, Any] = {"loads": loads, "interfaces": limit.interfaces, "optimum": True}
         held = [assembly, *(assembly.with_(ties=(*assembly.ties, replace(tie, greatest=force))) for tie in ties)]
         carried = np.array([limit_load(one, load, **options).lower for one in held])  # all to the same accuracy
         return (carried[1:] - carried[0]) / force
-    motion = limit.mechanism / float((limit.mechanism * as_load(assembly, load)).sum())
     columns = tie_columns(assembly, ties)
     gain = np.zeros(len(ties))
     for side, sign in ((0, 1.0), (1, -1.0)):
@@ -279,8 +280,7 @@ def tendon_load(assembly: Assembly, blocks: Sequence[int | str], points: Any, fo
     corners = as_points(points, "tendon", 2)
     if len(corners) != len(blocks):
         raise InputError(f"tendon: it has {len(corners)} points on {len(blocks)} blocks; one point a block is needed")
-    if not (np.isfinite(force) and force > 0):
-        raise InputError(f"tendon: force is {force!r}; it must be above 0")
+    check_positive("tendon: force", force)
     steps = np.diff(corners, axis=0)
     length = np.linalg.norm(steps, axis=1)
     if not length.all():

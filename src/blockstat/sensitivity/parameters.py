@@ -8,23 +8,24 @@ equilibrium residual, with the forces in their joints' frames and the mechanism 
 
 The derivative of the residual is taken by central differences on the rebuilt geometry, which costs two interface
 searches a parameter and no solve. The forces of ties are fixed as well, at their bound where they have reached one, and
-count with the load w.
+count with the load w. Friction is no part of the residual: it widens the cones, which adds the sum of f'_n |slip| d mu
+to d lambda and takes it off the other, f'_n the normal force above the apex of the cone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
-from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.analysis.verdict import Outcome, Verdict, relative_motion
 from blockstat.contact.interfaces import Interfaces, find_interfaces
-from blockstat.contact.point_law import point_law
+from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.errors import InputError
-from blockstat.loads import acceleration
+from blockstat.loads import acceleration, as_load
 from blockstat.program.bonds import bond_wrenches
 from blockstat.program.equilibrium import weight, wrenches_between
 from blockstat.program.ties import given_wrenches, tie_wrenches
@@ -34,12 +35,12 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 Make = Callable[[Mapping[str, float]], "Assembly"]
-LoadOf = Callable[["Assembly"], Floats]
+LoadOf = Callable[["Assembly"], Any]
 JointsOf = Callable[["Assembly"], Interfaces]
 
 #: Half width of the differences, relative to the parameter: the residual is smooth, so rounding sets it.
 STEP = 1e-5
-#: Forces that balance a load do so to this fraction of the largest one on a block.
+#: Forces that balance a load do so to this fraction of the largest one on a block; moments count over its size.
 BALANCE = 1e-5
 
 
@@ -55,7 +56,7 @@ def limit_load_gradient(
     values
         The values of the design by name.
     load
-        Gives the load on an assembly, shape (n_blocks, 6) [N, N m].
+        Gives the load on an assembly, as in `blockstat.limit_load`.
     joints
         Gives the joints of an assembly, if they are not what a search finds.
 
@@ -86,15 +87,18 @@ def limit_load_gradient(
     """
     assembly = _plain(make(values))
     found = joints(assembly)
-    limit = limit_load(assembly, load(assembly), interfaces=found, gap=found.searched, optimum=True)
-    multiplier, twist = pinned(limit, load(assembly))
+    push = as_load(assembly, load(assembly))
+    limit = limit_load(assembly, push, interfaces=found, gap=found.searched, optimum=True)
+    multiplier, twist = pinned(limit, push)
+    rubbing = friction_power(limit, twist)
 
     def residual(changed: Assembly, interfaces: Interfaces) -> Floats:
-        total = _dead_load(changed, limit) + multiplier * load(changed)
+        total = _dead_load(changed, limit) + multiplier * as_load(changed, load(changed))
         return _residual(changed, interfaces, _shifted(changed, interfaces, limit, limit.forces), total)
 
     def change(changed: Assembly, interfaces: Interfaces) -> float:
-        return -float((twist * residual(changed, interfaces)).sum())
+        held = _more_friction(changed, interfaces, limit) @ rubbing
+        return float(held - (twist * residual(changed, interfaces)).sum())
 
     return limit, _differences(make, values, limit.interfaces, change, joints)
 
@@ -128,10 +132,31 @@ def pinned(limit: LimitLoad, load: Floats, loads: Floats | None = None) -> tuple
     assembly = limit.assembly
     total = _dead_load(assembly, limit) + limit.lower * load + (0.0 if loads is None else loads)
     bonds = bond_wrenches(assembly, limit.interfaces, limit.bonds)
-    rest = _residual(assembly, limit.interfaces, limit.forces, total + bonds)[:, :3]
+    rest = _residual(assembly, limit.interfaces, limit.forces, total + bonds)
+    rest, total = (wrenches[assembly.free] / _lengths(assembly)[assembly.free] for wrenches in (rest, total))
     if np.abs(rest).max() > BALANCE * np.abs(total).max():
         raise InputError("the limit is not that of this load: its forces do not balance the weight and the load")
     return (limit.lower + limit.upper) / 2, limit.mechanism / float((limit.mechanism * load).sum())
+
+
+def friction_power(result: LimitLoad | Verdict, twist: Floats) -> Floats:
+    """Return the power of friction at each contact point, for each unit of its coefficient.
+
+    Parameters
+    ----------
+    result
+        With the forces.
+    twist
+        The mechanism, shape (n_blocks, 6).
+
+    Returns
+    -------
+    Floats
+        Shape (n_points,): the normal force above the apex of the cone times the rate of slip.
+    """
+    assembly, faces = result.assembly, result.interfaces
+    slip = relative_motion(assembly, faces, twist)[:, 1:]
+    return (result.forces[:, 0] + point_law(assembly, faces).shift) * np.linalg.norm(slip, axis=1)
 
 
 def penalty_optimum(verdict: Verdict) -> tuple[Floats, Floats]:
@@ -277,10 +302,12 @@ def score_gradient(
         return verdict, dict.fromkeys(values, 0.0)
     twist, net = penalty_optimum(verdict)
     tension, total = float(np.linalg.norm(verdict.adhesion)), _total(score_load(assembly))
+    rubbing = friction_power(verdict, twist)
 
     def score_change(changed: Assembly, interfaces: Interfaces) -> float:
         forces = _shifted(changed, interfaces, verdict, net)
         energy = float((twist * _residual(changed, interfaces, forces, _dead_load(changed, verdict))).sum())
+        energy -= float(_more_friction(changed, interfaces, verdict) @ rubbing)
         return (energy / tension - verdict.score * _total(score_load(changed))) / total
 
     return verdict, _differences(make, values, verdict.interfaces, score_change, joints)
@@ -323,6 +350,12 @@ def _matched(old: Interfaces, new: Interfaces, name: str) -> Interfaces:
     return new
 
 
+def _more_friction(changed: Assembly, interfaces: Interfaces, result: LimitLoad | Verdict) -> Floats:
+    """By how much the coefficient of friction of each contact point grows; not at all where it stays infinite."""
+    old, new = joint_friction(result.assembly, result.interfaces), joint_friction(changed, interfaces)
+    return np.subtract(new, old, out=np.zeros_like(new), where=new != old)[interfaces.point_interface]
+
+
 def _shifted(changed: Assembly, interfaces: Interfaces, result: LimitLoad | Verdict, forces: Floats) -> Floats:
     """Forces where tension capacities go with the joints' areas: what is held fixed is their place in the cones."""
     more = point_law(changed, interfaces).shift - point_law(result.assembly, result.interfaces).shift
@@ -339,6 +372,11 @@ def _dead_load(changed: Assembly, result: LimitLoad | Verdict) -> Floats:
         bound = "least" if pull - old.least < old.greatest - pull else "greatest"
         force.append(pull + getattr(new, bound) - getattr(old, bound))
     return weight(changed) + tie_wrenches(changed, changed.ties, np.array(force))
+
+
+def _lengths(assembly: Assembly) -> Floats:
+    """What turns wrenches into forces: 1, and for moments the size of the block, shape (n_blocks, 6)."""
+    return np.repeat([np.ones(assembly.n_blocks), assembly.size], 3, axis=0).T
 
 
 def _total(forces: Floats) -> float:

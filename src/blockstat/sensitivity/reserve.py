@@ -19,17 +19,20 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad
 from blockstat.analysis.problem import checked_loads
-from blockstat.analysis.verdict import relative_motion
 from blockstat.errors import InputError, check_choice
 from blockstat.imperfection.lost_edges import edge_speeds
 from blockstat.loads import Loads, as_load, weighted
-from blockstat.sensitivity.parameters import pinned
+from blockstat.sensitivity.parameters import friction_power, pinned
 from blockstat.sensitivity.vertices import PointGradient, field_of, point_gradient
 from blockstat.typing import Floats
 
 MAPS = ("edge", "friction", "density", "corner")
 #: Derivatives below this share of the largest are rounding.
 NOTHING = 1e-6
+MISSING = {
+    "edge": "the joints are divided into cells; a map by what their edges lose is not known",
+    "corner": "the map was made without corners; ask for them by corners=True",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +40,8 @@ class ReserveMap:
     """A limit load multiplier and its derivatives: where to repoint, where to measure."""
 
     limit: LimitLoad
-    edge: Floats  #: by what each joint loses along its edges, shape (n_interfaces,) [1/m]
+    #: by what each joint loses along its edges, shape (n_interfaces,) [1/m]; nan where joints are divided into cells
+    edge: Floats
     friction: Floats  #: by the coefficient of friction of each joint, shape (n_interfaces,)
     density: Floats  #: by the density of each block, shape (n_blocks,) [m3/kg]; zero on supports
     corner: PointGradient | None  #: by the place of each shared corner [1/m]; None where it was not asked for
@@ -46,6 +50,30 @@ class ReserveMap:
     def value(self) -> float:
         """The multiplier."""
         return self.limit.lower
+
+    def by(self, what: str) -> Floats:
+        """Return the derivatives by one quantity.
+
+        Parameters
+        ----------
+        what
+            "edge", "friction", "density" or "corner".
+
+        Returns
+        -------
+        Floats
+            One value a joint, block or corner; of a corner the length of its derivative.
+
+        Raises
+        ------
+        InputError
+            For another word, for edges of joints that are divided into cells, and for corners that were not asked for.
+        """
+        check_choice("what", what, MAPS)
+        value = getattr(self, what)
+        if value is None or (what == "edge" and np.isnan(value).any()):
+            raise InputError(MISSING[what])
+        return np.linalg.norm(value.gradient, axis=1) if what == "corner" else value
 
     def most(self, what: str, number: int = 5) -> list[tuple[str, float]]:
         """Return what the limit load hangs on most.
@@ -66,17 +94,13 @@ class ReserveMap:
         Raises
         ------
         InputError
-            For another word, and for corners that were not asked for.
+            As `by`.
         """
-        check_choice("what", what, MAPS)
+        value = self.by(what)
         assembly, faces = self.limit.assembly, self.limit.interfaces
-        if what == "corner":
-            if self.corner is None:
-                raise InputError("the map was made without corners; ask for them by corners=True")
-            value = np.linalg.norm(self.corner.gradient, axis=1)
+        if what == "corner" and self.corner:
             names = [f"({x:.3f}, {y:.3f}, {z:.3f})" for x, y, z in self.corner.points]
         else:
-            value = getattr(self, what)
             pairs = [f'"{assembly.names[a]}" and "{assembly.names[b]}"' for a, b in faces.pair]
             names = [f'"{name}"' for name in assembly.names] if what == "density" else pairs
         order = np.argsort(-np.abs(value), kind="stable")[:number]
@@ -110,8 +134,8 @@ def reserve_map(limit: LimitLoad, load: Any, *, loads: Loads | None = None, corn
     Raises
     ------
     InputError
-        When there is no limit, when `load` and `loads` are not those of it, and for joints whose strength goes with
-        their area.
+        When there is no limit, when `load` and `loads` are not those of it, for joints whose strength goes with
+        their area, and for the corners of joints that have lost their edges.
 
     Examples
     --------
@@ -133,14 +157,15 @@ def reserve_map(limit: LimitLoad, load: Any, *, loads: Loads | None = None, corn
     field = field_of(assembly, load, multiplier) + (factor - 1.0) * assembly.gravity
     k = faces.point_interface
     a, b = faces.pair[k].T
-    slip = relative_motion(assembly, faces, twist)
     force = np.einsum("nij,ni->nj", faces.frame[k], limit.forces)
-    moment = np.einsum("ij,ij->i", edge_speeds(faces), np.cross(force, twist[b, 3:] - twist[a, 3:]))
-    edge: Any = np.bincount(k, moment, faces.n_interfaces)
-    friction: Any = np.bincount(k, limit.forces[:, 0] * np.hypot(*slip[:, 1:].T), faces.n_interfaces)
+    edge: Any = np.full(faces.n_interfaces, np.nan)
+    if faces.share is None:
+        moment = np.einsum("ij,ij->i", edge_speeds(faces), np.cross(force, twist[b, 3:] - twist[a, 3:]))
+        edge = -np.bincount(k, moment, faces.n_interfaces)
+    friction: Any = np.bincount(k, friction_power(limit, twist), faces.n_interfaces)
     return ReserveMap(
         limit=limit,
-        edge=-edge,
+        edge=edge,
         friction=friction,
         density=np.where(assembly.support, 0.0, -assembly.volume * np.einsum("ij,ij->i", twist[:, :3], field)),
         corner=point_gradient(limit, multiplier, twist, field) if corners else None,

@@ -129,7 +129,8 @@ def limit_load_by_point(limit: LimitLoad, direction: Sequence[float], *, toleran
     Raises
     ------
     InputError
-        When there is no limit, when `direction` is not that of its load, or for joints with strengths or bonds.
+        When there is no limit, when `direction` is not that of its load, or for joints with strengths or bonds or
+        without their edges.
 
     Examples
     --------
@@ -213,7 +214,7 @@ def score_by_point(verdict: Verdict, *, tolerance: float = SHARED) -> PointGradi
     Raises
     ------
     InputError
-        For an infinite score, or for joints with strengths or bonds.
+        For an infinite score, or for joints with strengths or bonds or without their edges.
 
     Examples
     --------
@@ -256,6 +257,8 @@ def _by_vertex(result: LimitLoad | Verdict, twist: Floats, forces: Floats, field
     assembly, interfaces = result.assembly, result.interfaces
     if any(set(law.as_dict()) - {"between", "friction"} for law in assembly.joints):
         raise InputError("joints with strengths or bonds, which are shared by area, have no derivative by corners")
+    if interfaces.drawn is not None:
+        raise InputError("joints that have lost their edges have no derivative by corners, on which they do not lie")
     k, first = interfaces.point_interface, interfaces.start[:-1]
     a, b = interfaces.pair[k].T
     force = np.einsum("nij,ni->nj", interfaces.frame[k], forces)

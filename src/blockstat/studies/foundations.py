@@ -269,6 +269,10 @@ def settle(
     if (counts > 1).any():
         names = " and ".join(f'"{problem.assembly.names[i]}"' for i in problem.interfaces.pair[np.argmax(counts)])
         raise InputError(f"two moves share the joint of {names}; let each joint belong to one of them")
+    whole, times = np.unique(np.concatenate([supports for _, supports in parts]), return_counts=True)
+    if (times > 1).any():
+        name = problem.assembly.names[whole[np.argmax(times)]]
+        raise InputError(f'two moves share the support "{name}"; let each support belong to one of them')
     return _settled(problem, inside, parts, solver)
 
 
@@ -414,6 +418,8 @@ def _called(where: Any) -> str:
         if numbers(where).shape != (6,) or not np.isfinite(numbers(where)).all():
             raise InputError(f"a region is {where!r}; it must be six numbers, x0, y0, z0, x1, y1, z1")
         return f"region ({_numbers(where)})"
+    if not isinstance(where, (str, int, np.integer)):
+        raise InputError(f"a part that moves is {where!r}; it must be a block, a group or the six numbers of a region")
     return f'"{where}"'
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.contact.point_law import joint_friction, point_law
-from blockstat.errors import InputError, check_choice
+from blockstat.errors import check_choice
 from blockstat.typing import Floats
 from blockstat.view.painter import view_of
 from blockstat.view.plot import DEMAND, Place, balanced, draw_joints, plot
@@ -214,15 +214,10 @@ def plot_reserve_map(found: ReserveMap, what: str, place: Place, **options: Any)
     from matplotlib.colors import Normalize
 
     check_choice("what", what, tuple(LABELS))
-    if what == "corner" and found.corner is None:
-        raise InputError("the map was made without corners; ask for them by corners=True")
     look: dict[str, Any] = {"azimuth": -55.0, "elevation": 25.0} | options
     view = view_of(look["azimuth"], look["elevation"])
     faces, (label, step) = found.limit.interfaces, LABELS[what]
-    if what == "corner" and found.corner is not None:
-        value = step * np.linalg.norm(found.corner.gradient, axis=1)
-    else:
-        value = step * np.abs(getattr(found, what))
+    value = step * np.abs(found.by(what))
     top = max(float(value.max(initial=0.0)), 1e-12)
     bar = ScalarMappable(Normalize(0.0, top), colormaps[HEAT])
     order = np.argsort(value, kind="stable")

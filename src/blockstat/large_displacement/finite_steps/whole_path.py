@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_count
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
@@ -112,8 +112,7 @@ def check_path_options(*, steps: Any, tolerance: Any, displacement: Any) -> None
     InputError
         That names the option.
     """
-    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
-        raise InputError(f"steps is {steps!r}; it must be a whole number of at least 1")
+    check_count("steps", steps)
     if not (isinstance(tolerance, (int, float)) and 0 < tolerance <= 0.1):
         raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1")
     if displacement is not None and not (isinstance(displacement, (int, float)) and 0 < displacement < np.inf):

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from blockstat.errors import InputError, check_choice
+from blockstat.errors import InputError, check_choice, check_count
 from blockstat.typing import Floats
 
 Shape = Literal["semicircular", "segmental", "horseshoe", "pointed", "elliptic"]
@@ -276,8 +276,7 @@ def at_least(least: int, **numbers: int) -> None:
         Naming the first that is not.
     """
     for name, value in numbers.items():
-        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-            raise InputError(f"{name} is {value!r}; it must be a whole number of at least {least}")
+        check_count(name, value, least=least)
 
 
 def number_of(voussoirs: int | None, voussoir: float | None, length: float, *, even: bool = False) -> int:
