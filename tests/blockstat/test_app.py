@@ -4,6 +4,7 @@ import logging
 import time
 from dataclasses import replace
 from math import isnan, nan
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from blockstat.view.three_d.geometry import block_at, surface
 from blockstat.view.three_d.player import swing, trajectory
 from browser import CHAPEL
 from evidence.scenes.small import arch, stack
+from page_tasks import Scripted
 
 
 @pytest.fixture
@@ -321,6 +323,40 @@ def test_an_evaluator_that_is_killed_is_replaced(hut):
     finally:
         follower.stop()
     assert [type(m) for m in told if isinstance(m, (Judged, Failed))][-1] is Judged
+
+
+@pytest.mark.parametrize(
+    ("first", "seconds", "words"),
+    [(Scripted(30.0), 1.0, "stopped after 1 s"), (Scripted(1.0, "memory"), 60.0, "GB of memory")],
+)
+def test_a_question_that_waits_for_one_that_fails_is_asked(first, seconds, words):
+    import queue
+
+    calls, told = queue.Queue(), []
+    follower = Follower(calls.put, told.append, limits=Limits(seconds))
+    try:
+        follower.ask(first, {})
+        wait(lambda: (answered(calls, follower), follower._began == 1)[1])
+        if seconds < 2:
+            time.sleep(0.7 * seconds)
+        follower.ask(Scripted(0.0), {})
+        wait(lambda: (follower.tick(), answered(calls, follower))[1])
+    finally:
+        follower.stop()
+    failed, judged = (message for message in told if isinstance(message, (Judged, Failed)))
+    assert (failed.number, type(failed), judged.number, type(judged)) == (1, Failed, 2, Judged)
+    assert words in failed.message
+
+
+def test_an_evaluator_that_ends_before_it_begins_fails_the_newest_question_and_is_not_started_again():
+    told = []
+    follower = Follower(lambda call: call(), told.append)
+    follower._new_evaluator = Mock()
+    follower.ask(Scripted(0.0), {})
+    follower.ask(Scripted(0.0), {})
+    follower._reported(follower._evaluator, Crashed("no memory to start in"))
+    assert [(message.number, type(message)) for message in told] == [(2, Failed)]
+    assert (follower.pending, follower._new_evaluator.call_count) == (False, 1)
 
 
 def test_the_scores_that_memory_leaves_open_come_later(hut):
