@@ -193,7 +193,8 @@ def test_the_best_design_is_shown_as_it_was_searched_and_so_is_each_row():
     panel.start()
     page.values = {"wall.thickness": 0.8, "friction": 0.2}
     clicks.clear()
-    panel._told(panel._worker, Step(1, 2, Candidate({"wall.thickness": 0.6}, "stable", 0.0, "stands", 1.0, 9, 0.0, 0.0)))
+    row = Candidate({"wall.thickness": 0.6}, "stable", 0.0, "stands", 1.0, 9, 0.0, 0.0)
+    panel._told(panel._worker, Step(1, 2, row))
     panel._told(panel._worker, Found({"wall.thickness": 0.5}))
     clicks[0](None)
     assert shown == [{"wall.thickness": 0.5, "friction": 0.7}, {"wall.thickness": 0.6, "friction": 0.7}]

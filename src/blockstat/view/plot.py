@@ -16,7 +16,7 @@ from blockstat.analysis.verdict import Outcome, Verdict, corner_speed
 from blockstat.errors import InputError, known_options
 from blockstat.result import plain
 from blockstat.sensitivity.parameters import stone_sensitivity
-from blockstat.system.writing import written_whole
+from blockstat.system.writing import check_directory, written_whole
 from blockstat.typing import Floats, Ints
 from blockstat.view.painter import posed, view_of, visible, with_copies
 
@@ -188,8 +188,7 @@ def fresh_figure(path: Path) -> Figure:
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: no such directory: {path.parent}")
+    check_directory(path)
     if not path.suffix:
         raise InputError(f"{path}: a picture needs a suffix, such as .png, .svg or .pdf")
     if path.suffix.lower() == ".glb":

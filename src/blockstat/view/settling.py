@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.errors import InputError
 from blockstat.large_displacement.capacity_curve import CapacityCurve
 from blockstat.result import plain
 from blockstat.studies.foundations import Settlement
 from blockstat.studies.settling_path import SettlementPath
+from blockstat.system.writing import check_directory
 from blockstat.typing import Floats
 from blockstat.view.animation import quaternions, write_motion
 from blockstat.view.painter import posed, view_of
@@ -175,13 +175,13 @@ def film_path(path: str | Path) -> Path:
     Raises
     ------
     InputError
-        For a directory that does not exist, or a suffix that is not written.
+        For a directory that does not exist or takes no file, or a suffix that is not written.
     """
     path = Path(path)
-    if path.suffix.lower() != ".glb":
+    if path.suffix.lower() == ".glb":
+        check_directory(path)
+    else:
         fresh_figure(path)
-    elif not path.parent.is_dir():
-        raise InputError(f"{path}: no such directory: {path.parent}")
     return path
 
 

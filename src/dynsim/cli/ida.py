@@ -19,6 +19,7 @@ from blockstat.cli.options import (
     Tilt,
     Units,
     Up,
+    drawn,
     gap_of,
     load,
     numbers,
@@ -97,18 +98,17 @@ def ida(
             resolution=resolution, beyond=beyond, confidence=confidence, settings=settings, gap=near,
             actions=stiffness_of(inertia_scale, angular_stiffness), directory=output, jobs=jobs, progress=_told(say),
         )  # fmt: skip
-    drawn = plot if any(curve.runs for curve in found.curves) else None
-    if drawn is not None:
-        plot_incremental(found, drawn)
-    if as_json:
-        written = {} if drawn is None else {"plot": str(drawn)}
-        print_json({"file": str(file), **found.summary(), **written})
-    else:
-        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.process_seconds:.1f} s\n{found.explain()}")
-        if not found.finished and output is not None:
-            typer.echo("interrupted: the same command goes on from here")
-        if drawn is not None:
-            typer.echo(f"picture: {drawn}")
+    picture = plot if any(curve.runs for curve in found.curves) else None
+    with drawn(plot=(plot_incremental, found, picture)) as files:
+        if as_json:
+            print_json({"file": str(file), **found.summary(), **files})
+        else:
+            seconds = found.process_seconds
+            typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {seconds:.1f} s\n{found.explain()}")
+            if not found.finished and output is not None:
+                typer.echo("interrupted: the same command goes on from here")
+            if files:
+                typer.echo(f"picture: {picture}")
     if not found.finished:
         raise KeyboardInterrupt
 
