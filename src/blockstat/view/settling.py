@@ -152,11 +152,11 @@ def _draw(found: CapacityCurve, axes: Any) -> None:
     for event in found.events:
         axes.axvline(1e3 * event.parameter, color=CHANGE, linewidth=0.8, linestyle="--")
         axes.annotate(event.kind, (1e3 * event.parameter, event.before), color=CHANGE, fontsize=8)
-    axes.set_xlabel(f"displacement [mm]: {found.control}", fontsize=9)
+    axes.set_xlabel(f"displacement [mm]: {found.control}", fontsize=9, parse_math=False)
     axes.set_ylabel("load multiplier")
     axes.set_xlim(left=0)
     axes.set_ylim(bottom=0)
-    axes.set_title(found.assembly.name, fontsize=11)
+    axes.set_title(found.assembly.name, fontsize=11, parse_math=False)
 
 
 def film_path(path: str | Path) -> Path:
