@@ -467,6 +467,36 @@ def test_the_page_opens_no_other_kind_of_file(tmp_path):
         open_model(tmp_path / "absent.toml")
 
 
+@pytest.mark.parametrize(
+    ("chosen", "words"),
+    [
+        ({"supports": "wall.north"}, "supports cannot be chosen"),
+        ({"units": "mm"}, "units cannot be chosen"),
+        ({"up": "y"}, "another axis cannot be chosen"),
+    ],
+)
+def test_what_a_scene_does_not_take_is_refused_on_the_page_as_it_is_elsewhere(hut, chosen, words):
+    with pytest.raises(InputError, match=words):
+        open_model(hut, **chosen)
+    assert open_model(hut, supports=" ", units="m", up="z").scene is not None
+
+
+def test_a_page_keeps_no_worker_that_has_ended_or_was_stopped(hut):
+    pytest.importorskip("viser")
+    from blockstat.app.server import running
+
+    with running(open_model(hut)) as (page, _):
+        told = []
+        page.post(lambda: page.start(count_to, 3, report=told.append))
+        wait(lambda: told and isinstance(told[-1], Ended))
+        assert page._workers == []
+        for _ in range(3):
+            page.post(lambda: page.start(sleep_long, report=told.append).stop())
+        page.post(lambda: told.append("started"))
+        wait(lambda: told[-1] == "started")
+        assert len(page._workers) == 1
+
+
 def test_a_page_without_a_browser_follows_its_values(hut, capfd):
     pytest.importorskip("viser")
     from blockstat.app.server import running
