@@ -8,11 +8,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from blockstat import Assembly, InputError, InputWarning, JointLaw, box, write
+from blockstat import Assembly, InputError, InputWarning, JointLaw, box, read, write
 from blockstat.analysis import limit_load
 from blockstat.cli import examples, progress
 from blockstat.cli.commands import app
 from blockstat.cli.options import INTERRUPTED, _show_warning, _status
+from blockstat.cli.studies import write_report
 from blockstat.sequence.states import Whole
 from blockstat.studies import settling_path
 from evidence.scenes.small import stack
@@ -323,7 +324,6 @@ def test_the_blocks_that_may_be_taken_out_are_counted_and_the_others_named(run, 
     [
         "code-check {post} --load 1,0,0 --ag 0.1",
         "capacity {post} --load 1,0,0",
-        "cases {post} --loads {cases}",
         "limit {post} --directions 4",
         "plot {post} --mechanism --load 1,0,0 -o {out}",
         "report {post} -o {page}",
@@ -484,3 +484,27 @@ def test_a_search_that_an_interrupt_ends_without_a_plan_is_interrupted(run, plac
     for told in (errors, stopped[2]):
         assert f"{plan}: not written, for no plan was found" in told
     assert not plan.exists()
+
+
+def test_a_report_on_a_file_of_no_encoding_names_it_by_its_code(places, monkeypatch):
+    monkeypatch.setattr("blockstat.view.assessment._pictures", lambda found: "")
+    file, page = places["folder"] / "caf\udce9.json", places["page"]
+    write_report(file, read(places["post"]), page, directions=4)
+    assert r"caf\udce9.json" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupt_leaves_the_load_cases_that_are_done(run, places, monkeypatch, as_json):
+    interrupt_limit_loads(monkeypatch)
+    status, out, _ = run("cases", places["post"], "--loads", places["cases"], *["--json"] * as_json)
+    assert status == INTERRUPTED
+    rows = json.loads(out)["rows"] if as_json else [line.split() for line in out.splitlines()[1:]]
+    assert [row["case" if as_json else 0] for row in rows] == ["resting"]
+
+
+def test_a_block_with_a_colon_in_its_name_can_be_the_control(run, tmp_path):
+    blocks = [box((-2, -2, -1), (3, 3, 0), name="ground"), box((0, 0, 0), (0.5, 1, 2), name="wall:1")]
+    wall = write(Assembly.from_blocks(blocks, supports=["ground"]), tmp_path / "wall.json")
+    for control in ("wall:1", "wall:1:0.5,0.5,2"):
+        status, out, _ = run("capacity", wall, "--load", "1,0,0", "--steps", 3, "--control", control)
+        assert (status, "wall:1" in out) == (0, True)

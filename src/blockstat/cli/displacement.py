@@ -275,9 +275,9 @@ def code_options(
 
 
 def _point(control: str | None) -> Any:
-    """A control with a point of its block, or as it is."""
-    block, colon, point = (control or "").rpartition(":")
-    return (block, numbers(point, 3, "--control", "BLOCK:X,Y,Z")) if colon else control
+    """A control with a point of its block, or as it is: the name of a block may hold a colon."""
+    block, _, point = (control or "").rpartition(":")
+    return (block, numbers(point, 3, "--control", "BLOCK:X,Y,Z")) if block and "," in point else control
 
 
 def _moves(given: list[str]) -> dict[Any, list[float]]:

@@ -109,9 +109,9 @@ def sequence(
     as_json: AsJson = False,
 ) -> None:
     """Judge the steps in which an assembly is built, or search an order with few held blocks."""
-    from blockstat.sequence.courses import build_by_courses
-    from blockstat.sequence.order import find_order
-    from blockstat.sequence.plan import assess_plan, read_plan
+    from blockstat.sequence.courses import CoursesResult, build_by_courses
+    from blockstat.sequence.order import OrderResult, SafestOrder, find_order
+    from blockstat.sequence.plan import PlanVerdict, assess_plan, read_plan
     from blockstat.sequence.stages import assess_stages
 
     _refuse_unheeded(context)
@@ -121,8 +121,6 @@ def sequence(
     if remove:
         return _remove_each(assembly, head, output, as_json, options)
     result: Result
-    judged: PlanVerdict | None = None
-    searched: OrderResult | CoursesResult | None = None
     if stages:
         result = assess_stages(assembly, **options)
     elif plan is not None:
@@ -132,24 +130,22 @@ def sequence(
     elif courses:
         _refuse_flow(flow)
         limits: dict[str, Any] = {"gap": options["gap"], "seconds": seconds, "journal": journal}
-        result = searched = build_by_courses(assembly, along=_along(along), **limits)
+        result = build_by_courses(assembly, along=_along(along), **limits)
     elif reserve:
-        result = safest = _safest(
+        result = _safest(
             assembly, flow, journal, held_at_most=held_at_most, seconds=seconds, gap=options["gap"], insertion=insertion
         )
-        searched = safest.found
     else:
         options |= {"held_at_most": held_at_most, "seconds": seconds, "insertion": insertion, "journal": journal}
-        result = searched = find_order(assembly, **options)
+        result = find_order(assembly, **options)
     if as_json:
         print_json({**head, **result.summary()})
     else:
         typer.echo(result.explain())
-    if judged is not None:
-        _show(assembly, judged, output, page)
-    if searched is not None:
-        _write(searched, file, output)
-        _end_if_interrupted(searched, seconds)
+    if isinstance(result, PlanVerdict):
+        _show(assembly, result, output, page)
+    elif isinstance(result, (OrderResult, CoursesResult, SafestOrder)):
+        _keep(result.found if isinstance(result, SafestOrder) else result, file, output, seconds)
 
 
 def _refuse_unheeded(context: typer.Context) -> None:
@@ -214,23 +210,21 @@ def _along(given: list[str] | None) -> Along:
     return directions.get("", directions or None)
 
 
-def _write(searched: OrderResult | CoursesResult, file: Path, output: Path | None) -> None:
-    """Write the plan that was found; it names the assembly beside it, or where that is."""
+def _keep(searched: OrderResult | CoursesResult, file: Path, output: Path | None, seconds: float | None) -> None:
+    """Write the plan that was found; it names the assembly beside it, or where that is.
+
+    Where an interrupt left no plan the command ends as interrupted; the end of `--seconds` is an answer.
+    """
     from blockstat.sequence.plan import write_plan
 
-    if output is None:
+    if searched.plan is not None:
+        if output is not None:
+            named = file.name if file.parent.resolve() == output.parent.resolve() else str(file.resolve())
+            write_plan(replace(searched.plan, assembly=named), output)
         return
-    if searched.plan is None:
+    if output is not None:
         typer.echo(f"{output}: not written, for no plan was found", err=True)
-        return
-    named = file.name if file.parent.resolve() == output.parent.resolve() else str(file.resolve())
-    write_plan(replace(searched.plan, assembly=named), output)
-
-
-def _end_if_interrupted(searched: OrderResult | CoursesResult, seconds: float | None) -> None:
-    """End the command as interrupted where that left no plan; the end of `--seconds` is an answer."""
-    in_time = seconds is None or searched.seconds < seconds
-    if searched.outcome.word == "stopped" and searched.plan is None and in_time:
+    if searched.outcome.word == "stopped" and (seconds is None or searched.seconds < seconds):
         raise KeyboardInterrupt
 
 

@@ -301,7 +301,7 @@ def write_report(
         say("pictures")
         text = assessment_html(found)
     with written_whole(output) as place:
-        place.write_text(text, encoding="utf-8")
+        place.write_text(text, encoding="utf-8", errors="backslashreplace")
     typer.echo(str(output))
 
 

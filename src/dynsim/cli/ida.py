@@ -117,9 +117,9 @@ def _named(files: list[Path], direction: str, scale: float) -> dict[str, Record]
     """The records by the names of their files, by their paths where names agree."""
     from dynsim.loads.record import read_record
 
-    twice = [file for file, count in Counter(map(str, files)).items() if count > 1]
-    if twice:
-        raise InputError(f"--record {twice[0]} is given twice; a record counts once in a fragility")
+    count = Counter(file.resolve() for file in files)
+    if twice := [file for file in files if count[file.resolve()] > 1]:
+        raise InputError(f"--record {twice[-1]} is given twice; a record counts once in a fragility")
     stems = Counter(file.stem for file in files)
     along = numbers(direction, 3, "--direction", "X,Y,Z")
     names = [file.stem if stems[file.stem] == 1 else str(file) for file in files]
