@@ -4,6 +4,7 @@ import logging
 import time
 from dataclasses import replace
 from math import isnan, nan
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from blockstat.view.three_d.geometry import block_at, surface
 from blockstat.view.three_d.player import swing, trajectory
 from browser import CHAPEL
 from evidence.scenes.small import arch, stack
+from page_tasks import Scripted
 
 
 @pytest.fixture
@@ -323,6 +325,40 @@ def test_an_evaluator_that_is_killed_is_replaced(hut):
     assert [type(m) for m in told if isinstance(m, (Judged, Failed))][-1] is Judged
 
 
+@pytest.mark.parametrize(
+    ("first", "seconds", "words"),
+    [(Scripted(30.0), 1.0, "stopped after 1 s"), (Scripted(1.0, "memory"), 60.0, "GB of memory")],
+)
+def test_a_question_that_waits_for_one_that_fails_is_asked(first, seconds, words):
+    import queue
+
+    calls, told = queue.Queue(), []
+    follower = Follower(calls.put, told.append, limits=Limits(seconds))
+    try:
+        follower.ask(first, {})
+        wait(lambda: (answered(calls, follower), follower._began == 1)[1])
+        if seconds < 2:
+            time.sleep(0.7 * seconds)
+        follower.ask(Scripted(0.0), {})
+        wait(lambda: (follower.tick(), answered(calls, follower))[1])
+    finally:
+        follower.stop()
+    failed, judged = (message for message in told if isinstance(message, (Judged, Failed)))
+    assert (failed.number, type(failed), judged.number, type(judged)) == (1, Failed, 2, Judged)
+    assert words in failed.message
+
+
+def test_an_evaluator_that_ends_before_it_begins_fails_the_newest_question_and_is_not_started_again():
+    told = []
+    follower = Follower(lambda call: call(), told.append)
+    follower._new_evaluator = Mock()
+    follower.ask(Scripted(0.0), {})
+    follower.ask(Scripted(0.0), {})
+    follower._reported(follower._evaluator, Crashed("no memory to start in"))
+    assert [(message.number, type(message)) for message in told] == [(2, Failed)]
+    assert (follower.pending, follower._new_evaluator.call_count) == (False, 1)
+
+
 def test_the_scores_that_memory_leaves_open_come_later(hut):
     model, memory = open_model(hut), Memory()
     thin = {**model.start, "wall.thickness": 0.15}
@@ -429,6 +465,36 @@ def test_the_page_opens_no_other_kind_of_file(tmp_path):
         open_model(tmp_path / "a.png")
     with pytest.raises(InputError, match="no such file"):
         open_model(tmp_path / "absent.toml")
+
+
+@pytest.mark.parametrize(
+    ("chosen", "words"),
+    [
+        ({"supports": "wall.north"}, "supports cannot be chosen"),
+        ({"units": "mm"}, "units cannot be chosen"),
+        ({"up": "y"}, "another axis cannot be chosen"),
+    ],
+)
+def test_what_a_scene_does_not_take_is_refused_on_the_page_as_it_is_elsewhere(hut, chosen, words):
+    with pytest.raises(InputError, match=words):
+        open_model(hut, **chosen)
+    assert open_model(hut, supports=" ", units="m", up="z").scene is not None
+
+
+def test_a_page_keeps_no_worker_that_has_ended_or_was_stopped(hut):
+    pytest.importorskip("viser")
+    from blockstat.app.server import running
+
+    with running(open_model(hut)) as (page, _):
+        told = []
+        page.post(lambda: page.start(count_to, 3, report=told.append))
+        wait(lambda: told and isinstance(told[-1], Ended))
+        assert page._workers == []
+        for _ in range(3):
+            page.post(lambda: page.start(sleep_long, report=told.append).stop())
+        page.post(lambda: told.append("started"))
+        wait(lambda: told[-1] == "started")
+        assert len(page._workers) == 1
 
 
 def test_a_page_without_a_browser_follows_its_values(hut, capfd):

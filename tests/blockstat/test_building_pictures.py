@@ -3,13 +3,16 @@
 import json
 import os
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from blockstat import (
     InputError,
+    Outcome,
     Plan,
     Step,
     assess_plan,
@@ -24,6 +27,7 @@ from blockstat.cli.commands import app
 from blockstat.view.building.removal import weight_lost
 from browser import FLAGS, Tab, browser_path
 from building_sites import arch, tee
+from evidence.scenes.small import stack
 
 
 def test_all_of_an_arch_or_half_of_a_tee_falls_with_a_block(tmp_path):
@@ -157,3 +161,22 @@ def test_the_command_draws_a_plan_and_writes_the_assembly_into_one_that_it_finds
     assert answer.exit_code == 0
     assert json.loads((tmp_path / "found.json").read_text())["assembly"] == "tee.json"
     assert CliRunner().invoke(app, command).exit_code != 0
+
+
+def test_a_block_whose_removal_is_undecided_is_grey_and_the_label_says_so():
+    tower = stack(2)
+    open_ended = SimpleNamespace(outcome=Outcome.UNDECIDED)
+    stands = SimpleNamespace(outcome=Outcome.STABLE)
+    axes = plot_removal(tower, {"stone0": open_ended, "stone1": stands}, Figure().add_subplot())
+    bar = axes.figure.axes[1]
+    assert bar.get_ylabel() == "weight that falls with a block [%] (grey: not known)"
+    assert bar.get_ylim() == (0, 100)
+    assert is_grey(axes).any()
+    known = plot_removal(tower, {"stone0": stands, "stone1": stands}, Figure().add_subplot())
+    assert known.figure.axes[1].get_ylabel() == "weight that falls with a block [%]"
+    assert not is_grey(known).any()
+
+
+def is_grey(axes):
+    """The polygons of a picture that have no hue; supports have one."""
+    return np.ptp(axes.collections[0].get_facecolor()[:, :3], axis=1) < 1e-9

@@ -8,11 +8,13 @@ from types import SimpleNamespace
 
 import pytest
 
-from blockstat import Assembly, InputWarning, JointLaw, box, write
+from blockstat import Assembly, InputError, InputWarning, JointLaw, box, read, write
 from blockstat.analysis import limit_load
 from blockstat.cli import examples, progress
 from blockstat.cli.commands import app
 from blockstat.cli.options import INTERRUPTED, _show_warning, _status
+from blockstat.cli.studies import write_report
+from blockstat.sequence.states import Whole
 from blockstat.studies import settling_path
 from evidence.scenes.small import stack
 
@@ -322,7 +324,6 @@ def test_the_blocks_that_may_be_taken_out_are_counted_and_the_others_named(run, 
     [
         "code-check {post} --load 1,0,0 --ag 0.1",
         "capacity {post} --load 1,0,0",
-        "cases {post} --loads {cases}",
         "limit {post} --directions 4",
         "plot {post} --mechanism --load 1,0,0 -o {out}",
         "report {post} -o {page}",
@@ -417,3 +418,93 @@ def test_examples_are_those_of_the_installed_package_or_none(run, tmp_path, monk
         status, out, err = run("example", "--list")
         assert (status, out) == (2, "")
         assert err == "blockstat: the examples were not installed; they are in the folder examples of the source\n"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "check {post} -o /proc/blocks.glb",
+        "capacity {post} --load 1,0,0 -o /proc/curve.png",
+        "capacity {post} --load 1,0,0 --film /proc/fall.glb",
+        "sequence {post} --held-at-most 1 -o /proc/plan.json",
+        "sequence {post} --remove-each -o /proc/map.png",
+    ],
+)
+def test_a_directory_that_takes_no_file_is_refused_before_the_work(run, places, monkeypatch, command):
+    monkeypatch.setattr(Whole, "assess", None)
+    monkeypatch.setattr("blockstat.analysis.assess.assess", None)
+    monkeypatch.setattr("blockstat.large_displacement.capacity_analysis.capacity", None)
+    status, out, errors = run(*command.format(**places).split())
+    assert (status, out) == (2, "")
+    assert "no file can be written in /proc" in errors
+
+
+@pytest.mark.parametrize(
+    ("command", "writer"),
+    [
+        ("check {post} -o {blocks}", "blockstat.view.attributes.write_verdict"),
+        ("capacity {post} --load 1,0,0 --steps 3 -o {out}", "blockstat.view.settling.plot_capacity"),
+        ("settle {post} --move ground:0,0,-0.1 --until 0 -o {out}", "blockstat.view.settling.plot_settlement"),
+        ("limit {post} --directions 4 -o {out}", "blockstat.view.polar.plot_directions"),
+        ("tie {post} --between ground,stone0 -o {plan}", "blockstat.io.files.write"),
+        ("sequence {post} --remove-each -o {out}", "blockstat.view.building.removal.plot_removal"),
+        ("sequence {post} --held-at-most 1 -o {plan}", "blockstat.sequence.plan.write_plan"),
+    ],
+)
+def test_an_answer_is_printed_where_its_file_cannot_be_written(run, places, monkeypatch, command, writer):
+    def refuse(*_, **__):
+        raise InputError("the disk is full")
+
+    places |= {"blocks": places["folder"] / "blocks.glb", "plan": places["folder"] / "plan.json"}
+    question, _, _ = command.partition(" -o ")
+    answer = run(*question.format(**places).split())[1]
+    monkeypatch.setattr(writer, refuse)
+    status, out, errors = run(*command.format(**places).split())
+    assert status == 2
+    assert without_seconds(out) == without_seconds(answer) != ""
+    assert errors.endswith("blockstat: the disk is full\n")
+
+
+def without_seconds(text):
+    return re.sub(r"[\d.]+ m?s\b", "", text)
+
+
+@pytest.mark.parametrize("question", [["--held-at-most", 1], ["--held-at-most", 1, "--reserve"], ["--courses"]])
+def test_a_search_that_an_interrupt_ends_without_a_plan_is_interrupted(run, places, monkeypatch, tmp_path, question):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    plan = tmp_path / "plan.json"
+    stopped = run("sequence", places["post"], "--courses", "--seconds", "1e-9", "-o", plan)
+    assert stopped[0] == 0
+    monkeypatch.setattr(Whole, "assess", interrupt)
+    status, out, errors = run("sequence", places["post"], *question, "-o", plan)
+    assert status == INTERRUPTED
+    assert "interrupted" in out
+    for told in (errors, stopped[2]):
+        assert f"{plan}: not written, for no plan was found" in told
+    assert not plan.exists()
+
+
+def test_a_report_on_a_file_of_no_encoding_names_it_by_its_code(places, monkeypatch):
+    monkeypatch.setattr("blockstat.view.assessment._pictures", lambda found: "")
+    file, page = places["folder"] / "caf\udce9.json", places["page"]
+    write_report(file, read(places["post"]), page, directions=4)
+    assert r"caf\udce9.json" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupt_leaves_the_load_cases_that_are_done(run, places, monkeypatch, as_json):
+    interrupt_limit_loads(monkeypatch)
+    status, out, _ = run("cases", places["post"], "--loads", places["cases"], *["--json"] * as_json)
+    assert status == INTERRUPTED
+    rows = json.loads(out)["rows"] if as_json else [line.split() for line in out.splitlines()[1:]]
+    assert [row["case" if as_json else 0] for row in rows] == ["resting"]
+
+
+def test_a_block_with_a_colon_in_its_name_can_be_the_control(run, tmp_path):
+    blocks = [box((-2, -2, -1), (3, 3, 0), name="ground"), box((0, 0, 0), (0.5, 1, 2), name="wall:1")]
+    wall = write(Assembly.from_blocks(blocks, supports=["ground"]), tmp_path / "wall.json")
+    for control in ("wall:1", "wall:1:0.5,0.5,2"):
+        status, out, _ = run("capacity", wall, "--load", "1,0,0", "--steps", 3, "--control", control)
+        assert (status, "wall:1" in out) == (0, True)

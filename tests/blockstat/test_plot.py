@@ -1,10 +1,23 @@
 import html
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from shapely import Point, Polygon
 
-from blockstat import Assembly, InputError, Outcome, assess, limit_load, reserve_map
+from blockstat import (
+    Assembly,
+    InputError,
+    Outcome,
+    assess,
+    capacity,
+    limit_load,
+    limit_load_by_direction,
+    plot_capacity,
+    plot_directions,
+    reserve_map,
+)
 from blockstat.model import assemble, dome, pavilion_vault
 from blockstat.view.painter import face_order, paint_order, view_of, visible, with_copies
 from blockstat.view.plot import (
@@ -282,3 +295,17 @@ def test_a_picture_of_what_does_not_move_is_titled_by_its_verdict():
         axes = Figure().add_subplot()
         plot_verdict(assess(jammed, flow=flow), axes)
         assert axes.get_title() == title
+
+
+@pytest.mark.parametrize("name", ["pier $5 and $6", "vault $^$", "A$\\frac$"])
+def test_a_dollar_in_a_name_begins_no_formula(name, tmp_path):
+    """A formula that cannot be read ends the drawing, and one that can loses the dollars."""
+    post = stack(1, 1.0, 2.0, name=name)
+    plot(post, tmp_path / "blocks.svg", title=name, values=np.ones(2), label=name)
+    plot_directions(limit_load_by_direction(post, 4), tmp_path / "directions.svg")
+    curve = capacity(post, (1, 0, 0), steps=3)
+    plot_capacity(replace(curve, control=name), tmp_path / "curve.svg")
+    assert all((tmp_path / f"{name}.svg").stat().st_size for name in ("blocks", "directions", "curve"))
+    axes = plot(post, Figure().add_subplot(), title=name, values=np.ones(2), label=name)
+    assert not axes.title.get_parse_math()
+    assert not axes.figure.axes[1].yaxis.label.get_parse_math()

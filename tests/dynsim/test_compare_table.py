@@ -8,6 +8,7 @@ import pytest
 
 from blockstat import InputError
 from dynsim import Comparison, Comparisons, compare
+from dynsim.cli.rows import print_comparisons
 from evidence.scenes.small import arch, assembly, box, stack
 
 
@@ -89,3 +90,20 @@ def test_a_row_without_verdicts_or_cosine_says_so_in_a_line():
         "Force field: unstable. Coulomb friction: no verdict. Bullet: falls.",
         "Cosine of the static mechanism with Bullet's first motion: 0.99.",
     ]
+
+
+@pytest.mark.parametrize("name", ["wall [v1]", "bridge[red]", "wall [/old]"])
+def test_names_in_brackets_are_printed_as_they_are(capsys, name):
+    row = Comparison(
+        name=name, blocks=1, interfaces=1, static="stable", score=0.0, dynamic="stands",
+        static_seconds=0.0, dynamic_seconds=0.0,
+    )  # fmt: skip
+    print_comparisons(Comparisons((row, Comparison(name=f"{name} again"))))
+    printed = capsys.readouterr().out
+    assert f" {name} " in printed
+    assert f" {name} again " in printed
+
+
+def test_a_name_of_no_encoding_is_written_with_its_code(tmp_path):
+    path = Comparisons((Comparison(name="caf\udce9"),)).write_csv(tmp_path / "rows.csv")
+    assert path.read_text(encoding="utf-8").splitlines()[1].startswith(r"caf\udce9,")

@@ -393,6 +393,12 @@ def test_the_command_refuses_bad_input(tmp_path, monkeypatch, options, words):
         app([*arguments(tmp_path), *options], standalone_mode=False)
 
 
+def test_a_record_is_given_once_however_its_file_is_written(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"--record pulse0\.csv is given twice"):
+        app([*arguments(tmp_path), "--record", "pulse0.csv"], standalone_mode=False)
+
+
 def test_bad_input_ends_with_one_line_and_status_2(tmp_path):
     process = started(tmp_path, "--factor", "0.5")
     out, err = process.communicate()

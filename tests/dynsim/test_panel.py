@@ -2,15 +2,18 @@
 
 import re
 from types import SimpleNamespace
-from unittest.mock import Mock
+from unittest.mock import MagicMock, Mock
 
 import numpy as np
 import pytest
 
 from blockstat import assess, write
+from blockstat.analysis.certificate_cache import Memory
 from blockstat.app.background import Crashed, Refused
-from blockstat.app.design import open_model
+from blockstat.app.design import Question, open_model
+from blockstat.app.evaluation import evaluated
 from blockstat.app.words import Known
+from blockstat.design_search.search import Candidate
 from blockstat.result import millimetres
 from browser import CHAPEL, live
 from dynsim import verify
@@ -160,6 +163,41 @@ def test_a_search_tells_each_design_and_then_the_best(tmp_path):
     assert list(number) == [0, 1, 2, 3]
     assert (np.column_stack(kinds) > 0).sum(axis=1).tolist() == [0, 1, 1, 0]
     assert max(kind[1] for kind in kinds) == steps[0].candidate.volume
+
+
+def test_a_search_judges_with_the_rounded_edges_of_the_page(tmp_path, monkeypatch):
+    """A wall as thin as twice what its joints lose at each edge has no joints left."""
+    path, told = tmp_path / "wall.toml", Told()
+    path.write_text(
+        'name = "edges"\nlength = 3.0\nspan = 2.0\n'
+        "[wall]\nthickness = {value = 0.3, min = 0.04, max = 0.3, step = 0.02}\n"
+    )
+    stands = SimpleNamespace(outcome=SimpleNamespace(word="stands"), process_seconds=0.0, warnings=())
+    monkeypatch.setattr(work, "verify", lambda *_, **__: stands)
+    monkeypatch.setattr(work, "likely_reason", lambda *_: "")
+    model = open_model(path)
+    values = {**model.start, "rounded_edges": 20.0}
+    optimise(told, model, values, ["wall.thickness"])
+    best = told.messages[-1].best
+    assert evaluated(Question(1, model, {**values, **best}), Memory()).verdict.outcome.word == "stable"
+
+
+def test_the_best_design_is_shown_as_it_was_searched_and_so_is_each_row():
+    shown, clicks = [], []
+    page = MagicMock(values={"wall.thickness": 0.8, "friction": 0.7}, set_values=shown.append, post=lambda call: call())
+    page.server.gui.add_button.return_value = Mock(on_click=clicks.append)
+    panel = OptimisePanel()
+    panel.attach(page)
+    panel._choices = {"wall.thickness": Mock(value=True)}
+    panel._draw = Mock()
+    panel.start()
+    page.values = {"wall.thickness": 0.8, "friction": 0.2}
+    clicks.clear()
+    row = Candidate({"wall.thickness": 0.6}, "stable", 0.0, "stands", 1.0, 9, 0.0, 0.0)
+    panel._told(panel._worker, Step(1, 2, row))
+    panel._told(panel._worker, Found({"wall.thickness": 0.5}))
+    clicks[0](None)
+    assert shown == [{"wall.thickness": 0.5, "friction": 0.7}, {"wall.thickness": 0.6, "friction": 0.7}]
 
 
 @pytest.fixture

@@ -54,6 +54,12 @@ def test_bad_ways_to_read_a_record(tmp_path):
         record(tmp_path, "0,1\n1,1\n", scale=0)
     with pytest.raises(InputError, match="record: direction"):
         record(tmp_path, "0,1\n1,1\n", direction=(0, 0, 0))
+    for columns, words in (
+        ("0,1,2\n1,1,2\n", "has 2, along x and y"),
+        ("0,1,2,3\n1,1,2,3\n", "has 3, along x, y and z"),
+    ):
+        with pytest.raises(InputError, match=f"a direction is for one column of accelerations; this record {words}"):
+            record(tmp_path, columns, direction=(0, 1, 0))
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match="not a text file"):
         read_record(tmp_path / "binary.csv")

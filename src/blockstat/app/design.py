@@ -198,9 +198,9 @@ def open_model(
     path : str or Path
         The file.
     supports : str, optional
-        Names of blocks that cannot move, separated by commas. A mesh needs them; a scene ignores them.
+        Names of blocks that cannot move, separated by commas. A mesh needs them; a scene takes none.
     units, up : str, optional
-        Of the coordinates in the file, as in `blockstat.read`.
+        Of the coordinates in the file, as in `blockstat.read`; a scene is in metres, z up.
     gap : str, optional
         Largest gap of a joint, as a user types it: a share of the block size, or a length such as "2 mm".
     folder : Path, optional
@@ -217,11 +217,14 @@ def open_model(
         For a file that cannot be used, naming the file and what is wrong in it.
     """
     path, near = Path(path), read_gap(gap)
+    named = [name.strip() for name in supports.split(",") if name.strip()] or None
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path.name}: the page opens {', '.join(SUFFIXES)}")
     if path.suffix.lower() == ".toml":
         from blockstat.spec import load_scene
+        from blockstat.spec.files import check_scene_options
 
+        check_scene_options(path, supports=named, units=units, up=up)
         scene = load_scene(path, folder=folder)
         ranges = parameters(scene)
         model = Model(scene.name, scene, None, ranges, near)
@@ -231,7 +234,6 @@ def open_model(
             return model  # the page will say why it cannot be built
     from blockstat.spec import read
 
-    named = [name.strip() for name in supports.split(",") if name.strip()] or None
     assembly = read(path, supports=named, units=units, up=up)
     if not assembly.support.any():
         some = ", ".join(assembly.names[:6])

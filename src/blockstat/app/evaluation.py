@@ -63,11 +63,10 @@ def evaluated(question: Question, memory: Memory) -> Judged | Failed:
     try:
         assembly = question.model.built(question.values)
         built = process_time()
-        lost = 1e-3 * question.values.get(EDGES, 0.0)
-        rounded = Imperfections(edge=lost) if lost else None
+        worst = rounded(question.values)
         # Evidence of sharp edges is none of rounded ones. The score of a design that falls follows later.
         near = question.model.gap
-        verdict = assess(assembly, gap=near, score=False, imperfections=rounded, memory=None if lost else memory)
+        verdict = assess(assembly, gap=near, score=False, imperfections=worst, memory=None if worst else memory)
     except InputError as error:
         return Failed(question.number, str(error))
     except MemoryError:
@@ -78,6 +77,23 @@ def evaluated(question: Question, memory: Memory) -> Judged | Failed:
     seconds = {"build": built - begin, **verdict.timings}
     seconds["total"] = now - begin
     return Judged(question.number, verdict, seconds)
+
+
+def rounded(values: dict[str, float]) -> Imperfections | None:
+    """Return what joints lose at their edges, as the page has it.
+
+    Parameters
+    ----------
+    values : dict of str to float
+        Values of the page by dotted path; that of "rounded_edges" is in millimetres.
+
+    Returns
+    -------
+    Imperfections or None
+        None for sharp edges.
+    """
+    lost = 1e-3 * values.get(EDGES, 0.0)
+    return Imperfections(edge=lost) if lost else None
 
 
 def slower_results(channel: Channel, number: int, verdict: Verdict) -> None:

@@ -89,8 +89,7 @@ class Follower:
         if stuck and self._question is not None and self._answered < self._began < self._question.number:
             if self._evaluator is not None:
                 self._evaluator.stop()
-            self._evaluator, self._overdue = self._new_evaluator(), now
-            self._evaluator.send(self._question)
+            self._restart()
         if self._answered < self._began and now - self._begun_at > self._limits.seconds:
             self._give_up()
         if self._due is not None and now >= self._due[0] and self._question is not None:
@@ -109,12 +108,23 @@ class Follower:
         return Worker(evaluate_designs, report=self._reported, limits=self._limits)
 
     def _give_up(self) -> None:
-        """End an evaluator that took too long over the newest question; an answer of it on its way is dropped."""
+        """End an evaluator that took too long over a question; an answer of it on its way is dropped."""
         if self._evaluator is not None:
             self._evaluator.stop()
             self._evaluator = None
-        self._answered = self._began
-        self._tell(Failed(self._answered, f"this design cannot be judged here: {self._limits.too_long}"))
+        self._fail(self._began, self._limits.too_long)
+
+    def _fail(self, number: int, reason: str, is_internal: bool = False) -> None:
+        """Tell that a question has no answer, and hand a newer one to a new evaluator."""
+        self._answered = number
+        self._tell(Failed(number, f"this design cannot be judged here: {reason}", is_internal))
+        if self._question is not None and number < self._question.number:
+            self._restart()
+
+    def _restart(self) -> None:
+        """Hand the newest question to a new evaluator."""
+        self._evaluator, self._overdue = self._new_evaluator(), monotonic()
+        self._evaluator.send(self._question)
 
     def _stop_slower(self) -> None:
         if self._slower is not None:
@@ -129,8 +139,9 @@ class Follower:
             return
         if isinstance(message, Ended):
             if isinstance(message, Crashed) and worker is self._evaluator:
-                self._answered = self._question.number
-                self._tell(Failed(self._answered, f"this design cannot be judged here: {message.message}", True))
+                # A process that ended before it began anything would end again.
+                begun = self._answered < self._began
+                self._fail(self._began if begun else self._question.number, message.message, True)
             elif isinstance(message, Crashed):
                 self._tell(Stopped(self._question.number, f"limit loads and least friction: {message.message}"))
             return

@@ -11,7 +11,7 @@ from pathlib import Path
 from time import monotonic, process_time
 from typing import TYPE_CHECKING, Any, Protocol
 
-from blockstat.app.background import Crashed, Limits, Worker
+from blockstat.app.background import Crashed, Ended, Limits, Worker
 from blockstat.app.controls import Controls, outside
 from blockstat.app.design import Failed, Judged, Model, Pushed, Scored, Slipped, Stopped
 from blockstat.app.files import send_upload
@@ -326,12 +326,17 @@ class Page:
         worker = Worker(
             work,
             *arguments,
-            report=lambda _, message: self.post(lambda: report(message)),
+            report=lambda _, message: self.post(lambda: self._reported(message, report)),
             limits=self._limits,
             timed=timed,
         )
-        self._workers.append(worker)
+        self._workers = [*(known for known in self._workers if known.running), worker]
         return worker
+
+    def _reported(self, message: Any, report: Callable[[Any], None]) -> None:
+        if isinstance(message, Ended):  # what a worker that is gone was given is kept no longer
+            self._workers = [worker for worker in self._workers if worker.running]
+        report(message)
 
     def play(self, film: Callable[[float], Floats], seconds: float) -> None:
         """Show the blocks in motion.

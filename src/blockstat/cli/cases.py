@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -151,12 +152,20 @@ def cases_command(
     cases = all_cases(assembly, file, loads, gap=near)
     if not cases:
         raise InputError(f"{loads or file}: there are no load cases; write them as [cases.NAME]")
-    with at_work(f"{len(cases)} load cases"):
-        rows = case_answers(assembly, cases, gap=near)
-    if as_json:
-        print_json({"file": str(file), "rows": rows})
-        return
-    width = max(4, *map(len, cases))
+    rows = list[dict[str, Any]]()
+    try:
+        with at_work(f"{len(cases)} load cases"):
+            for row in case_answers(assembly, cases, gap=near):
+                rows.append(row)
+    finally:  # an interrupt leaves what is done
+        if rows and as_json:
+            print_json({"file": str(file), "rows": rows})
+        elif rows:
+            _print_table(rows)
+
+
+def _print_table(rows: list[dict[str, Any]]) -> None:
+    width = max(4, *(len(row["case"]) for row in rows))
     typer.echo(f"{'case':<{width}}  {'verdict':<10}  {'multiplier of the live loads'}")
     for row in rows:
         typer.echo(f"{row['case']:<{width}}  {row['verdict']:<10}  {bracket(row)}")
@@ -196,8 +205,8 @@ def all_cases(assembly: Assembly, file: Path, loads: Path | None, *, gap: float 
         raise located(loads or file, error) from None
 
 
-def case_answers(assembly: Assembly, cases: dict[str, LoadCase], *, gap: float | str) -> list[dict[str, Any]]:
-    """Return the verdict under each case, and the bracket on the multiplier of its live loads.
+def case_answers(assembly: Assembly, cases: dict[str, LoadCase], *, gap: float | str) -> Iterator[dict[str, Any]]:
+    """Give the verdict under each case, and the bracket on the multiplier of its live loads, one by one.
 
     Parameters
     ----------
@@ -208,10 +217,10 @@ def case_answers(assembly: Assembly, cases: dict[str, LoadCase], *, gap: float |
     gap : float or str
         Tolerance of the joint search.
 
-    Returns
-    -------
-    list of dict
-        Rows with the keys "case", "verdict", "lower" and "upper", and "status" where there are live loads.
+    Yields
+    ------
+    dict
+        Row with the keys "case", "verdict", "lower" and "upper", and "status" where there are live loads.
 
     Raises
     ------
@@ -222,7 +231,6 @@ def case_answers(assembly: Assembly, cases: dict[str, LoadCase], *, gap: float |
     from blockstat.analysis.limit_load import limit_load
     from blockstat.analysis.thrust import shared_joints
 
-    rows = []
     options: dict[str, Any] = {"gap": gap, "interfaces": shared_joints(assembly, gap, None)[0]}
     for name, case in cases.items():
         verdict = assess(assembly, loads=case.loads, **options)
@@ -230,8 +238,7 @@ def case_answers(assembly: Assembly, cases: dict[str, LoadCase], *, gap: float |
         if case.live.any():
             found = limit_load(assembly, case.live, loads=case.permanent, **options).summary()
             row |= {"status": found["status"], "lower": found["lower"], "upper": found["upper"]}
-        rows.append(row)
-    return rows
+        yield row
 
 
 def bracket(row: dict[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,6 +26,7 @@ from blockstat.cli.options import (
     Up,
     Version,
     doubt,
+    drawn,
     file_to_write,
     gap_of,
     inputs,
@@ -199,26 +201,26 @@ def check(
     options: dict[str, Any] = {"tightnesses": tightnesses, "imperfections": imperfections_of(imperfection)}
     with at_work(f"judging {assembly.n_blocks:,} blocks"):
         verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent, **options)
-    if output is not None:
-        write_verdict(verdict, output, format=format or COMPAS_FORMATS[0])
-    files = {"output": str(output)} if output is not None else {}
-    if as_json:
-        summary = verdict.summary()
-        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
-        print_json({"file": str(file), "verdict": summary.pop("outcome"), **echo, **summary, **files})
-        return
-    seconds = verdict.timings["total"]
-    faces = verdict.interfaces
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
-    typer.echo(said(assembly, units=units, gap=near))
-    typer.echo(verdict.explain())
-    if len(verdict.floating):
-        typer.echo("Blocks that nothing holds need joints (`blockstat repair`, --gap) or a support (--supports).")
-    elif verdict.outcome.word == "unstable":
-        typer.echo(
-            "What would make it stand: `blockstat friction`, `blockstat tie`, and the how-to page on models that fall."
-        )
-    written(files)
+    write = partial(write_verdict, format=format or COMPAS_FORMATS[0])
+    with drawn(output=(write, verdict, output)) as files:
+        if as_json:
+            summary = verdict.summary()
+            echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
+            print_json({"file": str(file), "verdict": summary.pop("outcome"), **echo, **summary, **files})
+            return
+        seconds = verdict.timings["total"]
+        faces = verdict.interfaces
+        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
+        typer.echo(said(assembly, units=units, gap=near))
+        typer.echo(verdict.explain())
+        if len(verdict.floating):
+            typer.echo("Blocks that nothing holds need joints (`blockstat repair`, --gap) or a support (--supports).")
+        elif verdict.outcome.word == "unstable":
+            typer.echo(
+                "What would make it stand: `blockstat friction`, `blockstat tie`, "
+                "and the how-to page on models that fall."
+            )
+        written(files)
 
 
 @app.command()

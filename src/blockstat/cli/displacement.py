@@ -121,14 +121,14 @@ def capacity_command(
             tolerance=tolerance,
             progress=lambda there, multiplier: say(f"{there:.4g} m: {multiplier:.4g}"),
         )
-    files = drawn(output=(plot_capacity, found, output), film=(write_path, found, film))
-    if as_json:
-        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
-        print_json({"file": str(file), **echo, **found.summary(), **files})
-        return
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.timings['total']:.2f} s")
-    typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}")
-    written(files)
+    with drawn(output=(plot_capacity, found, output), film=(write_path, found, film)) as files:
+        if as_json:
+            echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
+            print_json({"file": str(file), **echo, **found.summary(), **files})
+            return
+        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.timings['total']:.2f} s")
+        typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}")
+        written(files)
 
 
 def settle_command(
@@ -182,16 +182,16 @@ def settle_command(
                 )
             except KeyboardInterrupt:  # before the first point; what happens at first is known
                 reason = "interrupted"
-    files = drawn(output=(plot_settlement, found, output), film=(write_path, path, film if path else None))
-    if as_json:
-        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
-        further = {"collapse": path and path.collapse, "path": path and path.summary()}
-        print_json({"file": str(file), **echo, **found.summary(), **further, **files})
-        return
-    basis = said(assembly, units=units, gap=near)
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
-    typer.echo(f"Further on. {path.explain()}" if path else f"Not followed further: {reason}.")
-    written(files)
+    with drawn(output=(plot_settlement, found, output), film=(write_path, path, film if path else None)) as files:
+        if as_json:
+            echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
+            further = {"collapse": path and path.collapse, "path": path and path.summary()}
+            print_json({"file": str(file), **echo, **found.summary(), **further, **files})
+            return
+        basis = said(assembly, units=units, gap=near)
+        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
+        typer.echo(f"Further on. {path.explain()}" if path else f"Not followed further: {reason}.")
+        written(files)
 
 
 def code_check_command(
@@ -275,9 +275,9 @@ def code_options(
 
 
 def _point(control: str | None) -> Any:
-    """A control with a point of its block, or as it is."""
-    block, colon, point = (control or "").rpartition(":")
-    return (block, numbers(point, 3, "--control", "BLOCK:X,Y,Z")) if colon else control
+    """A control with a point of its block, or as it is: the name of a block may hold a colon."""
+    block, _, point = (control or "").rpartition(":")
+    return (block, numbers(point, 3, "--control", "BLOCK:X,Y,Z")) if block and "," in point else control
 
 
 def _moves(given: list[str]) -> dict[Any, list[float]]:

@@ -7,7 +7,8 @@ import json
 import math
 import sys
 import warnings
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +16,7 @@ import typer
 
 from blockstat.errors import InputError, InputWarning
 from blockstat.system.process import INTERRUPTED
+from blockstat.system.writing import check_directory
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -74,14 +76,13 @@ def check_place(path: Path, *suffixes: str) -> None:
     Raises
     ------
     InputError
-        For another suffix, and for a directory or a file in a directory that does not exist.
+        For another suffix, for a directory, and for a file in a directory that does not exist or takes no file.
     """
     if suffixes and path.suffix.lower() not in suffixes:
         raise InputError(f'{path}: cannot write "{path.suffix}"; it is written as: {", ".join(suffixes)}')
     if path.is_dir():
         raise InputError(f"{path}: is a directory; a file is needed")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: no such directory: {path.parent}")
+    check_directory(path)
 
 
 def file_to_write(*suffixes: str) -> Callable[[Path | None], Path | None]:
@@ -599,20 +600,34 @@ def _show_warning(message: Warning | str, category: type[Warning], *_: Any, **__
         print(f"warning: {_one_line(str(message))}", file=sys.stderr)
 
 
-def drawn(**wanted: tuple[Callable[[Any, Path], Any], Any, Path | None]) -> dict[str, str]:
-    """Write the pictures that were asked for.
+@contextmanager
+def drawn(**wanted: tuple[Callable[[Any, Path], Any], Any, Path | None]) -> Iterator[dict[str, str]]:
+    """Write the pictures that were asked for; one that cannot be written is told when the answer has been printed.
 
     Parameters
     ----------
     **wanted : (callable, object, Path or None)
         By its key in the JSON: what writes it, what is shown, and the file.
 
-    Returns
-    -------
+    Yields
+    ------
     dict of str
         The files that were written, by key.
+
+    Raises
+    ------
+    InputError
+        After the body of the `with` statement, for a file that was not written.
     """
-    found = {key: (write, shown, path) for key, (write, shown, path) in wanted.items() if path is not None}
-    for write, shown, path in found.values():
-        write(shown, path)
-    return {key: str(path) for key, (_, _, path) in found.items()}
+    files, refused = dict[str, str](), list[InputError]()
+    for key, (write, shown, path) in wanted.items():
+        if path is None:
+            continue
+        try:
+            write(shown, path)
+            files[key] = str(path)
+        except InputError as error:
+            refused.append(error)
+    yield files
+    for error in refused:
+        raise error

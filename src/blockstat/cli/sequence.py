@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,6 +18,7 @@ from blockstat.cli.options import (
     Units,
     Up,
     check_place,
+    drawn,
     gap_of,
     load,
     numbers,
@@ -28,9 +30,9 @@ from blockstat.errors import InputError
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
     from blockstat.result import Result
-    from blockstat.sequence.courses import Along
-    from blockstat.sequence.order import SafestOrder
-    from blockstat.sequence.plan import Plan, PlanVerdict
+    from blockstat.sequence.courses import Along, CoursesResult
+    from blockstat.sequence.order import OrderResult, SafestOrder
+    from blockstat.sequence.plan import PlanVerdict
 
 #: Blocks that a line names.
 FEW = 5
@@ -107,9 +109,9 @@ def sequence(
     as_json: AsJson = False,
 ) -> None:
     """Judge the steps in which an assembly is built, or search an order with few held blocks."""
-    from blockstat.sequence.courses import build_by_courses
-    from blockstat.sequence.order import find_order
-    from blockstat.sequence.plan import assess_plan, read_plan
+    from blockstat.sequence.courses import CoursesResult, build_by_courses
+    from blockstat.sequence.order import OrderResult, SafestOrder, find_order
+    from blockstat.sequence.plan import PlanVerdict, assess_plan, read_plan
     from blockstat.sequence.stages import assess_stages
 
     _refuse_unheeded(context)
@@ -125,25 +127,25 @@ def sequence(
         _refuse_flow_beside(flow, reserve=reserve, tilt=tilt)
         result = judged = assess_plan(assembly, read_plan(plan, assembly), reserve=reserve, tilt=tilt, **options)
         head["verdict"] = judged.outcome.word
-        _show(assembly, judged, output, page)
     elif courses:
         _refuse_flow(flow)
         limits: dict[str, Any] = {"gap": options["gap"], "seconds": seconds, "journal": journal}
-        result = built = build_by_courses(assembly, along=_along(along), **limits)
-        _write(built.plan, file, output)
+        result = build_by_courses(assembly, along=_along(along), **limits)
     elif reserve:
-        result = safest = _safest(
+        result = _safest(
             assembly, flow, journal, held_at_most=held_at_most, seconds=seconds, gap=options["gap"], insertion=insertion
         )
-        _write(safest.found.plan, file, output)
     else:
         options |= {"held_at_most": held_at_most, "seconds": seconds, "insertion": insertion, "journal": journal}
-        result = found = find_order(assembly, **options)
-        _write(found.plan, file, output)
+        result = find_order(assembly, **options)
     if as_json:
         print_json({**head, **result.summary()})
     else:
         typer.echo(result.explain())
+    if isinstance(result, PlanVerdict):
+        _show(assembly, result, output, page)
+    elif isinstance(result, (OrderResult, CoursesResult, SafestOrder)):
+        _keep(result.found if isinstance(result, SafestOrder) else result, file, output, seconds)
 
 
 def _refuse_unheeded(context: typer.Context) -> None:
@@ -208,13 +210,22 @@ def _along(given: list[str] | None) -> Along:
     return directions.get("", directions or None)
 
 
-def _write(plan: Plan | None, file: Path, output: Path | None) -> None:
-    """Write the plan that was found; it names the assembly beside it, or where that is."""
+def _keep(searched: OrderResult | CoursesResult, file: Path, output: Path | None, seconds: float | None) -> None:
+    """Write the plan that was found; it names the assembly beside it, or where that is.
+
+    Where an interrupt left no plan the command ends as interrupted; the end of `--seconds` is an answer.
+    """
     from blockstat.sequence.plan import write_plan
 
-    if output is not None and plan is not None:
-        named = file.name if file.parent.resolve() == output.parent.resolve() else str(file.resolve())
-        write_plan(replace(plan, assembly=named), output)
+    if searched.plan is not None:
+        if output is not None:
+            named = file.name if file.parent.resolve() == output.parent.resolve() else str(file.resolve())
+            write_plan(replace(searched.plan, assembly=named), output)
+        return
+    if output is not None:
+        typer.echo(f"{output}: not written, for no plan was found", err=True)
+    if searched.outcome.word == "stopped" and (seconds is None or searched.seconds < seconds):
+        raise KeyboardInterrupt
 
 
 def _show(assembly: Assembly, judged: PlanVerdict, output: Path | None, page: bool) -> None:
@@ -247,16 +258,15 @@ def _remove_each(
     from blockstat.view.building.removal import plot_removal
 
     found = remove_each(assembly, **options)
-    if output is not None:
-        plot_removal(assembly, found, output)
     words = {name: verdict.outcome.word for name, verdict in found.items()}
     moving = {name: [assembly.names[k] for k in found[name].moving] for name in found if words[name] != "stable"}
-    if as_json:
-        print_json({**head, "removed": words, "moving": moving})
-        return
-    may_go = [name for name, word in words.items() if word == "stable"]
-    named = f": {', '.join(may_go)}" if may_go else ""
-    typer.echo(f"{len(may_go)} of {len(words)} blocks may be taken out now{named}.")
-    for name, others in moving.items():
-        more = " ..." if len(others) > FEW else ""
-        typer.echo(f"{name}: {words[name]}; first to move: {', '.join(others[:FEW])}{more}")
+    with drawn(output=(partial(plot_removal, assembly), found, output)):
+        if as_json:
+            print_json({**head, "removed": words, "moving": moving})
+            return
+        may_go = [name for name, word in words.items() if word == "stable"]
+        named = f": {', '.join(may_go)}" if may_go else ""
+        typer.echo(f"{len(may_go)} of {len(words)} blocks may be taken out now{named}.")
+        for name, others in moving.items():
+            more = " ..." if len(others) > FEW else ""
+            typer.echo(f"{name}: {words[name]}; first to move: {', '.join(others[:FEW])}{more}")

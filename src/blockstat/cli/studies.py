@@ -95,13 +95,13 @@ def over_the_horizon(
     if output is not None and not found.has_limits:
         typer.echo(f"{output}: not written, for there are no limit loads to draw", err=True)
         output = None
-    files = drawn(output=(plot_directions, found, output))
-    if as_json:
-        print_json({"file": str(file), **inputs(assembly, units=units, gap=gap), **found.summary(), **files})
-        return
-    basis = said(assembly, units=units, gap=gap)
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
-    written(files)
+    with drawn(output=(plot_directions, found, output)) as files:
+        if as_json:
+            print_json({"file": str(file), **inputs(assembly, units=units, gap=gap), **found.summary(), **files})
+            return
+        basis = said(assembly, units=units, gap=gap)
+        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
+        written(files)
 
 
 def friction_command(
@@ -176,14 +176,13 @@ def tie_command(
     tied = assembly.with_(ties=[*assembly.ties, tie])
     with at_work(f"tying {assembly.n_blocks:,} blocks"):
         found = tie_range(tied, len(assembly.ties), gap=near)
-    files = drawn(output=(write, tied, output))
-    if as_json:
-        print_json({"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **files})
-        return
-    typer.echo(
-        f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units, gap=near)}\n{found.explain()}"
-    )
-    written(files)
+    with drawn(output=(write, tied, output)) as files:
+        if as_json:
+            print_json({"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **files})
+            return
+        basis = said(assembly, units=units, gap=near)
+        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
+        written(files)
 
 
 def report_command(
@@ -302,7 +301,7 @@ def write_report(
         say("pictures")
         text = assessment_html(found)
     with written_whole(output) as place:
-        place.write_text(text, encoding="utf-8")
+        place.write_text(text, encoding="utf-8", errors="backslashreplace")
     typer.echo(str(output))
 
 

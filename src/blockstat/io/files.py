@@ -12,7 +12,7 @@ import numpy as np
 from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY
 from blockstat.errors import InputError, InputWarning, known_options
 from blockstat.system.reading import check_file
-from blockstat.system.writing import written_whole
+from blockstat.system.writing import check_directory, written_whole
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -174,8 +174,7 @@ def write(
     formats = FORMATS.get(suffix, ())
     if format is not None and format not in formats:
         raise InputError(f'{path}: cannot be written as "{format}"; it can be: {", ".join(formats) or suffix}')
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: no such directory: {path.parent}")
+    check_directory(path)
     if values and suffix in FORMATS:
         raise InputError(f"{path}: values are written to .glb and .obj only")
     own = "y" if suffix == ".glb" else "z"

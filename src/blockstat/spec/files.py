@@ -238,11 +238,31 @@ def read(
     if path.suffix.lower() != ".toml" or path.is_dir():
         parts = read_parts(path, supports=supports, units=units)
         return blaming(path, lambda: parts.turned(up).assembled())
+    check_scene_options(path, supports=supports, units=units, up=up)
+    scene = load_scene(path)
+    return blaming(path, lambda: build(scene))
+
+
+def check_scene_options(
+    path: Path, *, supports: object = None, units: str | None = None, up: str | None = None
+) -> None:
+    """Refuse for a scene what can be chosen for a file of blocks alone.
+
+    Parameters
+    ----------
+    path : Path
+        The scene file.
+    supports, units, up : optional
+        As in `read`; None for what is not chosen.
+
+    Raises
+    ------
+    InputError
+        Naming what is chosen.
+    """
     if supports is not None:
         raise InputError(f"{path}: a scene stands on its ground; supports cannot be chosen for it")
     if units not in (None, "m"):
         raise InputError(f"{path}: a scene is in metres; units cannot be chosen for it")
     if up not in (None, "z"):
         raise InputError(f"{path}: a scene has z up; another axis cannot be chosen for it")
-    scene = load_scene(path)
-    return blaming(path, lambda: build(scene))

@@ -39,11 +39,10 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     'done'
     """
     path = Path(path)
-    final = path.resolve() if path.is_symlink() else path
-    if final.exists() and not final.is_file():
+    final, beside = _places(path)
+    if beside is None:
         yield path
         return
-    beside = final.with_name(f".{final.stem[:40]}-{token_hex(4)}{final.suffix}")
     try:
         try:
             yield beside
@@ -54,6 +53,40 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     except OSError as error:
         kept = "; the file that was there is kept" if final.exists() else ""
         raise InputError(f"{path}: cannot be written ({error.strerror or error}){kept}") from None
+
+
+def check_directory(path: str | Path) -> None:
+    """Refuse a file in a directory that takes none; better asked before long work than after.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file to be.
+
+    Raises
+    ------
+    InputError
+        When its directory does not exist, or no file can be made in it.
+    """
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: no such directory: {path.parent}")
+    _, beside = _places(path)
+    if beside is None:
+        return
+    try:
+        beside.touch()
+        beside.unlink()
+    except OSError as error:
+        raise InputError(f"{path}: no file can be written in {beside.parent} ({error.strerror or error})") from None
+
+
+def _places(path: Path) -> tuple[Path, Path | None]:
+    """The file that a path means, and a new one beside it; None beside a device, which is written directly."""
+    final = path.resolve() if path.is_symlink() else path
+    if final.exists() and not final.is_file():
+        return final, None
+    return final, final.with_name(f".{final.stem[:40]}-{token_hex(4)}{final.suffix}")
 
 
 def _settle(beside: Path, final: Path) -> None:

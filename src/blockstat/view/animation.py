@@ -17,7 +17,7 @@ import numpy as np
 from blockstat.analysis.verdict import corner_speed
 from blockstat.errors import InputError
 from blockstat.geometry.triangulation import triangulate
-from blockstat.system.writing import written_whole
+from blockstat.system.writing import check_directory, written_whole
 from blockstat.typing import Floats
 from blockstat.view.plot import MOVED, SUPPORT, moving_twist
 
@@ -155,8 +155,7 @@ def write_motion(
     path = Path(path)
     if path.suffix.lower() != ".glb":
         raise InputError(f"{path}: an animated {name} is written as .glb")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: no such directory: {path.parent}")
+    check_directory(path)
     buffer = _Buffer()
     meshes, nodes = _blocks(assembly, _colours(assembly, values), buffer)
     root = {"name": assembly.name, "rotation": Y_UP, "children": list(range(1, assembly.n_blocks + 1))}

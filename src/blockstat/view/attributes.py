@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from blockstat.errors import InputError, check_choice
+from blockstat.errors import check_choice
 from blockstat.io.files import warn_of_losses, write
 
 if TYPE_CHECKING:
@@ -73,10 +73,9 @@ def write_verdict(verdict: Verdict, path: str | Path, *, format: str = "compas-a
 def _write_compas(verdict: Verdict, path: Path, format: str) -> Path:
     from blockstat.compas.record import MOTION, joints_of, motion_of
     from blockstat.io.compas_write import write_compas
-    from blockstat.system.writing import written_whole
+    from blockstat.system.writing import check_directory, written_whole
 
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: no such directory: {path.parent}")
+    check_directory(path)
     with written_whole(path) as place:
         write_compas(
             verdict.assembly,

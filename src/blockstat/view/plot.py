@@ -16,7 +16,7 @@ from blockstat.analysis.verdict import Outcome, Verdict, corner_speed
 from blockstat.errors import InputError, known_options
 from blockstat.result import plain
 from blockstat.sensitivity.parameters import stone_sensitivity
-from blockstat.system.writing import written_whole
+from blockstat.system.writing import check_directory, written_whole
 from blockstat.typing import Floats, Ints
 from blockstat.view.painter import posed, view_of, visible, with_copies
 
@@ -32,6 +32,7 @@ Place = TypeVar("Place", str, Path, "Axes")
 
 STONE = (0.87, 0.83, 0.75)
 SUPPORT = (0.72, 0.74, 0.76)
+UNKNOWN = (0.45, 0.45, 0.45)  #: blocks without a value, darker than supports
 MOVED = "plasma"  #: colour maps that keep their order in grey and for colour-blind readers
 DEMAND = "viridis"
 USED = "friction or strength used at the block's joints (1: at the limit)"  #: label of `Verdict.demand`
@@ -69,7 +70,7 @@ def plot(
     place : str, Path or matplotlib Axes
         A file, in PNG or any format that matplotlib writes, or the axes to draw in.
     values : array of float, shape (n_blocks,), optional
-        One number a block to colour by.
+        One number a block to colour by; a block without one, nan, is grey.
     label : str, optional
         Of the colour bar, with the unit of the values.
     colours : str, optional
@@ -122,9 +123,10 @@ def plot(
     colour = np.where(assembly.support[:, None], SUPPORT, STONE).astype(float)
     bar = None
     if values is not None:
-        scale = Normalize(bottom, top or max(float(np.max(values)), 1e-12))
+        scale = Normalize(bottom, top or max(float(np.nan_to_num(values).max()), 1e-12))
         bar = ScalarMappable(scale, colormaps[colours])
-        painted = bar.to_rgba(np.asarray(values, dtype=float))[:, :3]
+        known = np.isfinite(values)[:, None]
+        painted = np.where(known, bar.to_rgba(np.nan_to_num(values))[:, :3], UNKNOWN)
         colour = np.where(assembly.support[:, None], SUPPORT, painted)
 
     colour = np.column_stack([colour, np.full(assembly.n_blocks, opacity)])
@@ -135,9 +137,9 @@ def plot(
     axes.set_aspect("equal")
     axes.axis("off")
     if title:
-        axes.set_title(title, fontsize=11)
+        axes.set_title(title, fontsize=11, parse_math=False)
     if bar is not None:
-        axes.figure.colorbar(bar, ax=axes, label=label, shrink=0.6)
+        axes.figure.colorbar(bar, ax=axes, shrink=0.6).set_label(label, parse_math=False)
     if overlay is not None:
         overlay(axes)
     if figure is not None:
@@ -188,8 +190,7 @@ def fresh_figure(path: Path) -> Figure:
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: no such directory: {path.parent}")
+    check_directory(path)
     if not path.suffix:
         raise InputError(f"{path}: a picture needs a suffix, such as .png, .svg or .pdf")
     if path.suffix.lower() == ".glb":

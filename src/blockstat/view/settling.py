@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.errors import InputError
 from blockstat.large_displacement.capacity_curve import CapacityCurve
 from blockstat.result import plain
 from blockstat.studies.foundations import Settlement
 from blockstat.studies.settling_path import SettlementPath
+from blockstat.system.writing import check_directory
 from blockstat.typing import Floats
 from blockstat.view.animation import quaternions, write_motion
 from blockstat.view.painter import posed, view_of
@@ -152,11 +152,11 @@ def _draw(found: CapacityCurve, axes: Any) -> None:
     for event in found.events:
         axes.axvline(1e3 * event.parameter, color=CHANGE, linewidth=0.8, linestyle="--")
         axes.annotate(event.kind, (1e3 * event.parameter, event.before), color=CHANGE, fontsize=8)
-    axes.set_xlabel(f"displacement [mm]: {found.control}", fontsize=9)
+    axes.set_xlabel(f"displacement [mm]: {found.control}", fontsize=9, parse_math=False)
     axes.set_ylabel("load multiplier")
     axes.set_xlim(left=0)
     axes.set_ylim(bottom=0)
-    axes.set_title(found.assembly.name, fontsize=11)
+    axes.set_title(found.assembly.name, fontsize=11, parse_math=False)
 
 
 def film_path(path: str | Path) -> Path:
@@ -175,13 +175,13 @@ def film_path(path: str | Path) -> Path:
     Raises
     ------
     InputError
-        For a directory that does not exist, or a suffix that is not written.
+        For a directory that does not exist or takes no file, or a suffix that is not written.
     """
     path = Path(path)
-    if path.suffix.lower() != ".glb":
+    if path.suffix.lower() == ".glb":
+        check_directory(path)
+    else:
         fresh_figure(path)
-    elif not path.parent.is_dir():
-        raise InputError(f"{path}: no such directory: {path.parent}")
     return path
 
 

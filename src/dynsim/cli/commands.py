@@ -23,6 +23,7 @@ from blockstat.cli.options import (
     Up,
     Version,
     doubt_movement,
+    drawn,
     file_to_write,
     gap_of,
     load,
@@ -163,16 +164,19 @@ def _verify_one(
         raise InputError(f"--film takes a positive number of seconds, at most {LONGEST:g}, and goes with -o FILE")
     with at_work(f"simulating {assembly.n_blocks:,} blocks") as say:
         verdict = evaluate(assembly, progress=shown(say, assembly.n_blocks, evaluate.keywords["settings"]))
-    if output is not None:
+
+    def write(verdict: DynamicVerdict, path: Path) -> None:
         acting = {name: evaluate.keywords[name] for name in ("loads", "actions", "gap")}
-        write_run(verdict.run if film is None else past_verdict(verdict, film, **acting), output)
-    if as_json:
-        print_json({"file": str(file), **verdict.summary(), **({"output": str(output)} if output else {})})
-        return
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {verdict.run.process_seconds:.1f} s")
-    typer.echo(verdict.explain())
-    if output is not None:
-        typer.echo(f"run: {output}")
+        write_run(verdict.run if film is None else past_verdict(verdict, film, **acting), path)
+
+    with drawn(output=(write, verdict, output)) as files:
+        if as_json:
+            print_json({"file": str(file), **verdict.summary(), **files})
+            return
+        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {verdict.run.process_seconds:.1f} s")
+        typer.echo(verdict.explain())
+        if files:
+            typer.echo(f"run: {output}")
 
 
 @app.command()

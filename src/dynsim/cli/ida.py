@@ -19,6 +19,7 @@ from blockstat.cli.options import (
     Tilt,
     Units,
     Up,
+    drawn,
     gap_of,
     load,
     numbers,
@@ -97,18 +98,17 @@ def ida(
             resolution=resolution, beyond=beyond, confidence=confidence, settings=settings, gap=near,
             actions=stiffness_of(inertia_scale, angular_stiffness), directory=output, jobs=jobs, progress=_told(say),
         )  # fmt: skip
-    drawn = plot if any(curve.runs for curve in found.curves) else None
-    if drawn is not None:
-        plot_incremental(found, drawn)
-    if as_json:
-        written = {} if drawn is None else {"plot": str(drawn)}
-        print_json({"file": str(file), **found.summary(), **written})
-    else:
-        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.process_seconds:.1f} s\n{found.explain()}")
-        if not found.finished and output is not None:
-            typer.echo("interrupted: the same command goes on from here")
-        if drawn is not None:
-            typer.echo(f"picture: {drawn}")
+    picture = plot if any(curve.runs for curve in found.curves) else None
+    with drawn(plot=(plot_incremental, found, picture)) as files:
+        if as_json:
+            print_json({"file": str(file), **found.summary(), **files})
+        else:
+            seconds = found.process_seconds
+            typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {seconds:.1f} s\n{found.explain()}")
+            if not found.finished and output is not None:
+                typer.echo("interrupted: the same command goes on from here")
+            if files:
+                typer.echo(f"picture: {picture}")
     if not found.finished:
         raise KeyboardInterrupt
 
@@ -117,9 +117,9 @@ def _named(files: list[Path], direction: str, scale: float) -> dict[str, Record]
     """The records by the names of their files, by their paths where names agree."""
     from dynsim.loads.record import read_record
 
-    twice = [file for file, count in Counter(map(str, files)).items() if count > 1]
-    if twice:
-        raise InputError(f"--record {twice[0]} is given twice; a record counts once in a fragility")
+    count = Counter(file.resolve() for file in files)
+    if twice := [file for file in files if count[file.resolve()] > 1]:
+        raise InputError(f"--record {twice[-1]} is given twice; a record counts once in a fragility")
     stems = Counter(file.stem for file in files)
     along = numbers(direction, 3, "--direction", "X,Y,Z")
     names = [file.stem if stems[file.stem] == 1 else str(file) for file in files]

@@ -167,6 +167,7 @@ def print_comparisons(rows: Comparisons) -> None:
     """
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     from dynsim.comparison.table import Agreement
 
@@ -187,13 +188,13 @@ def print_comparisons(rows: Comparisons) -> None:
     )
     for row in rows:
         if row.static is None:
-            table.add_row(row.name, "", "", "no verdict")
+            table.add_row(Text(row.name), "", "", "no verdict")
             continue
         drops = [f"{1e3 * (value or 0.0):.3g}" for value in (row.group_drop, row.max_drop, row.max_displacement)]
         score = "inf" if row.score is None else f"{row.score:.2e}"
         agree = {Agreement.AGREE: "yes", Agreement.DIFFER: "NO"}.get(row.outcome, "-")
         table.add_row(
-            row.name, str(row.blocks), str(row.interfaces), row.static, score, f"{row.static_seconds:.2f}",
+            Text(row.name), str(row.blocks), str(row.interfaces), row.static, score, f"{row.static_seconds:.2f}",
             row.dynamic, *[row.lmgc90 or "-"] * rows.has_lmgc90, *drops, f"{row.dynamic_seconds:.1f}", agree,
         )  # fmt: skip
     console = Console()

@@ -8,7 +8,19 @@ from typing import Annotated, Any
 
 import typer
 
-from blockstat.cli.options import AsJson, FileArgument, Friction, Gap, Supports, Units, Up, gap_of, load, print_json
+from blockstat.cli.options import (
+    AsJson,
+    FileArgument,
+    Friction,
+    Gap,
+    Supports,
+    Units,
+    Up,
+    drawn,
+    gap_of,
+    load,
+    print_json,
+)
 from blockstat.errors import InputError
 from blockstat.system.reading import text_of
 from dynsim.cli.criteria import Preset
@@ -56,14 +68,11 @@ def sequence(
         compared = compare_steps(assembly, found, gap=near)
         summary["statics"] = compared.summary()
         lines.append(compared.explain())
-    if output is not None:
-        write_run(found.run, output)
-        summary["output"] = str(output)
-        lines.append(f"run: {output}")
-    if as_json:
-        print_json(summary)
-    else:
-        typer.echo("\n".join(lines))
+    with drawn(output=(write_run, found.run, output)) as files:
+        if as_json:
+            print_json(summary | files)
+        else:
+            typer.echo("\n".join(lines + [f"run: {output}"] * len(files)))
 
 
 def _assembly_of(plan: Path) -> Path:

@@ -199,7 +199,10 @@ class Comparisons(Result):
             The file.
         """
         path = Path(path)
-        with written_whole(path) as place, place.open("w", newline="") as file:
+        with (
+            written_whole(path) as place,
+            place.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file,
+        ):
             writer = csv.DictWriter(file, list(Comparison.__dataclass_fields__))
             writer.writeheader()
             writer.writerows([{k: "" if v is None else v for k, v in row.summary().items()} for row in self])

@@ -179,7 +179,7 @@ def shown_search() -> Iterator[Callable[[int, int, Candidate], None]]:
         line = PlainLines()
         yield lambda done, expected, last: line(f"searching: {done} of at most {expected} designs; {words(last)}")
         return
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console) as bar:
         task = bar.add_task("searching", total=None)
 

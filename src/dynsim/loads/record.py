@@ -15,8 +15,11 @@ from dynsim.loads.ground import Record
 
 FORM = "a line holds a time [s] and one, two or three accelerations [m/s2], separated by commas, semicolons or blanks"
 
+#: Along which one column acts unless another direction is given.
+X = (1.0, 0.0, 0.0)
 
-def read_record(path: str | Path, *, direction: Sequence[float] = (1.0, 0.0, 0.0), scale: float = 1.0) -> Record:
+
+def read_record(path: str | Path, *, direction: Sequence[float] = X, scale: float = 1.0) -> Record:
     r"""Read a ground motion from a CSV file.
 
     A line holds a time [s] and one to three accelerations. Lines that start with # and one line of headings are passed
@@ -27,7 +30,7 @@ def read_record(path: str | Path, *, direction: Sequence[float] = (1.0, 0.0, 0.0
     path : str or Path
         The file, text in UTF-8.
     direction : sequence of three floats
-        Direction of a single column of accelerations; two columns are x and y, three are x, y and z.
+        Direction of a single column of accelerations; two columns are x and y, three are x, y and z, and take none.
     scale : float
         Factor on the accelerations to have them in m/s2: 9.81 for a file in g.
 
@@ -39,7 +42,8 @@ def read_record(path: str | Path, *, direction: Sequence[float] = (1.0, 0.0, 0.0
     Raises
     ------
     InputError
-        Naming the file and the line: for a bad number, a missing or surplus column, or a time that does not grow.
+        Naming the file and the line: for a bad number, a missing or surplus column, a time that does not grow, or a
+        direction of more than one column.
 
     Examples
     --------
@@ -60,6 +64,11 @@ def read_record(path: str | Path, *, direction: Sequence[float] = (1.0, 0.0, 0.0
     values = scale * table[:, 1:]
     if values.shape[1] == 1:
         values = values * (along / np.linalg.norm(along))
+    elif (along != X).any():
+        raise InputError(
+            f"{path}: a direction is for one column of accelerations; "
+            f"this record has {values.shape[1]}, along {'x and y' if values.shape[1] == 2 else 'x, y and z'}"
+        )
     values = np.hstack([values, np.zeros((len(values), 3 - values.shape[1]))])
     if not values.any():
         raise InputError(f"{path}: the acceleration is 0 throughout")

@@ -43,6 +43,7 @@ class OptimisePanel:
         self._worker: Worker | None = None
         self._rows: list[Any] = []
         self._history: list[Candidate] = []
+        self._started: dict[str, float] = {}  # values with which the search began
         self._choices: dict[str, Any] = {}
         self._plot: Any = None
         self._top = 0.0  # of the plot [m3]
@@ -103,8 +104,9 @@ class OptimisePanel:
         self._bar.visible, self._bar.value = True, 0.0
         self._cancel.disabled, self._go.disabled = False, True
         page = self._page
+        self._started = dict(page.values)
         self._worker = worker = page.start(
-            optimise, page.model, dict(page.values), names, report=lambda message: self._told(worker, message)
+            optimise, page.model, self._started, names, report=lambda message: self._told(worker, message)
         )
 
     def cancel(self) -> None:
@@ -136,7 +138,7 @@ class OptimisePanel:
             return
         words = ", ".join(f"{' '.join(named(path))} {value:g}" for path, value in best.items())
         self._say(f"{len(self._history)} designs. Best: {words}. It is on show.")
-        self._page.set_values(best)
+        self._page.set_values({**self._started, **best})
 
     def _add_row(self, number: int, candidate: Candidate) -> None:
         """Add a row: a button that puts the design on show."""
@@ -148,8 +150,8 @@ class OptimisePanel:
             row = gui.add_button(
                 f"{number}: {values} {word}{volume}", color=KINDS.get(candidate.dynamic, KINDS["pruned"]), order=-number
             )
-        parameters = dict(candidate.parameters)
-        row.on_click(lambda _: page.post(lambda: page.set_values(parameters)))
+        searched = {**self._started, **candidate.parameters}
+        row.on_click(lambda _: page.post(lambda: page.set_values(searched)))
         self._rows.append(row)
         self._list.visible = True
         if len(self._rows) > MOST_ROWS:

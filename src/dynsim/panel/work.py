@@ -13,6 +13,7 @@ from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.verdict import Verdict
 from blockstat.app.background import Channel, Refused
 from blockstat.app.design import Model
+from blockstat.app.evaluation import rounded
 from blockstat.design_search.search import Candidate, search
 from blockstat.errors import InputError
 from blockstat.typing import Floats
@@ -124,7 +125,7 @@ def optimise(channel: Channel, model: Model, values: dict[str, float], names: li
     model : Model
         The scene on show.
     values : dict of str to float
-        Present values of its parameters, by dotted path.
+        Present values of its parameters, by dotted path; statics judge with the rounded edges of the page.
     names : list of str
         Dotted paths of the parameters to move; the others stay.
     """
@@ -142,6 +143,7 @@ def optimise(channel: Channel, model: Model, values: dict[str, float], names: li
             memory=memory,
             names=names,
             gap=model.gap,
+            imperfections=rounded(values),
             progress=lambda done, expected, last: channel.send(Step(done, expected, last)),
             remark=likely_reason,
         )

@@ -97,7 +97,7 @@ def _draw_curves(found: IncrementalAnalysis, axes: Any) -> None:
     axes.plot(np.full(len(fell), margin), fell, "x", color=FELL, markersize=6, label="falls")
     axes.set(xlabel="largest displacement [mm]", ylabel=f"{found.measure.upper()} [{found.unit}]", xlim=(0, None))
     axes.set_ylim(bottom=0)
-    axes.set_title(f"{found.assembly.name}: {len(found.curves)} records", fontsize=11)
+    axes.set_title(f"{found.assembly.name}: {len(found.curves)} records", fontsize=11, parse_math=False)
     axes.legend(loc="lower right")
 
 

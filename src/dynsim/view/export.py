@@ -14,7 +14,7 @@ from blockstat.assembly import Assembly
 from blockstat.errors import InputError
 from blockstat.io.files import write
 from blockstat.spec import read
-from blockstat.system.writing import written_whole
+from blockstat.system.writing import check_directory, written_whole
 from blockstat.view.animation import quaternions, write_motion
 from dynsim.judge.run import Contacts, Run
 from dynsim.view.film import MOVING, film_strip, mp4_program, write_movie
@@ -72,14 +72,14 @@ def check_path(path: str | Path) -> Path:
     Raises
     ------
     InputError
-        For an unknown suffix, a directory that does not exist, or an MP4 without the package imageio-ffmpeg.
+        For an unknown suffix, a directory that does not exist or takes no file, or an MP4 without the package
+        imageio-ffmpeg.
     """
     path = Path(path)
     suffixes = (".glb", ".npz", *MOVING, *PICTURES)
     if path.suffix.lower() not in suffixes:
         raise InputError(f'{path}: cannot write "{path.suffix}"; a run is written as: {", ".join(suffixes)}')
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: no such directory: {path.parent}")
+    check_directory(path)
     if path.suffix.lower() == ".mp4":
         mp4_program()
     return path

@@ -11,7 +11,7 @@ import numpy as np
 
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError
-from blockstat.system.writing import written_whole
+from blockstat.system.writing import check_directory, written_whole
 from blockstat.typing import Floats, Ints
 from blockstat.view.painter import posed, view_of, visible
 from blockstat.view.plot import SUPPORT, save_figure
@@ -237,8 +237,7 @@ def film_strip(
     from matplotlib.figure import Figure
 
     path = Path(path)
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: no such directory: {path.parent}")
+    check_directory(path)
     chosen = _moments(run, frames, times)
     painter = _Painter(run, chosen, azimuth, elevation)
     width, height = painter.extent

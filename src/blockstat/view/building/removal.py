@@ -61,7 +61,7 @@ def plot_removal(assembly: Assembly, found: dict[str, Verdict], place: Place, **
     Returns
     -------
     str, Path or matplotlib Axes
-        The place. Blocks that were not tried, or whose removal is undecided, are drawn as if nothing fell.
+        The place. Free blocks without an answer, not tried or undecided, are grey, and the label says so.
 
     Examples
     --------
@@ -72,6 +72,9 @@ def plot_removal(assembly: Assembly, found: dict[str, Verdict], place: Place, **
     >>> plot_removal(assembly, remove_each(assembly), "removal.png")
     'removal.png'
     """
-    lost = 100 * np.nan_to_num(weight_lost(assembly, found))
-    options = {"title": "taking out single blocks", "label": "weight that falls with a block [%]"} | options
-    return plot(assembly, place, values=lost, **options)
+    lost = 100 * weight_lost(assembly, found)
+    unknown = " (grey: not known)" if np.isnan(lost[assembly.free]).any() else ""
+    drawn = {"title": "taking out single blocks", "label": f"weight that falls with a block [%]{unknown}"}
+    if not np.nan_to_num(lost).any():
+        drawn["top"] = 100.0
+    return plot(assembly, place, values=lost, **drawn | options)
