@@ -321,7 +321,11 @@ def crowded(**parameters):
 
 @pytest.mark.parametrize(
     ("others", "expected"),
-    [({}, {}), ({"n": between(1, 2, 1)}, {"parameters.n": 1.0}), ({"h": between(1.0, 1.5, 0.1)}, {"parameters.h": 1.0})],
+    [
+        ({}, {}),
+        ({"n": between(1, 2, 1)}, {"parameters.n": 1.0}),
+        ({"h": between(1.0, 1.5, 0.1)}, {"parameters.h": 1.0}),
+    ],
     ids=["one combination", "two combinations", "two that move"],
 )
 def test_where_the_largest_design_overlaps_a_descent_begins_at_a_smaller_one(others, expected):
@@ -345,3 +349,22 @@ def test_a_combination_of_which_no_design_is_built_is_left_with_the_reason():
     failed = [c for c in result.history if c.failed]
     assert {c.parameters["parameters.n"] for c in failed} == {1.0}
     assert f"{len(failed)} of {len(result.history)} designs could not be judged" in result.explain()
+
+
+def test_an_interrupted_search_on_steps_offers_no_design_between_them():
+    # The least width that a push of 0.33 asks of a block one high lies between steps.
+    scene = scene_from(
+        {"name": "one", "parameters": {"w": between(0.1, 1.0, 0.1)},
+         "elements": {"block": {"kind": "box", "size": ["= w", 1.0, 1.0]}}}
+    )  # fmt: skip
+    options = {"verify": None, "strategy": "gradient", "margin": Margin(PUSH, 0.33)}
+
+    def interrupt(done, expected, last):
+        if last.reserve == pytest.approx(0.33, abs=1e-3):
+            raise KeyboardInterrupt
+
+    between_steps = search(scene, **options, progress=interrupt)
+    assert between_steps.best_parameters == {"parameters.w": pytest.approx(0.33, abs=1e-3)}
+    on_steps = search(scene, **options, snap=True, progress=interrupt)
+    assert not on_steps.finished
+    assert on_steps.best_parameters == {"parameters.w": 1.0}

@@ -11,6 +11,7 @@ import pytest
 from blockstat import InputError, JointLaw, Memory, assess, build, search, with_values, write
 from blockstat.design_search.search import PRUNED, FailureTarget, Margin
 from blockstat.design_search.shared_joints import SharedJoints
+from blockstat.design_search.space import space_of
 from blockstat.spec import parameters, scene_from
 from evidence.references.arches import POLY
 from evidence.scenes.small import HUT, assembly, box
@@ -427,3 +428,31 @@ def test_joints_go_from_statics_to_the_verifier_unless_they_are_divided_into_cel
     assert static(divided).interfaces.share is not None
     assert dynamic(divided) is None
     assert shared.handed(len) is len  # a verifier that has no option for them is called as it is
+
+
+@pytest.mark.parametrize("origin", [0.0, 1.1])
+@pytest.mark.parametrize("least", [8, 9, 11])
+def test_of_equally_light_designs_of_a_grid_the_first_is_the_answer_wherever_they_stand(least, origin):
+    # Two piers p and q wide, in tenths of a metre: their volume grows with p + q alone.
+    bars = {name: between(0.3, 0.6, 0.1) for name in "pq"}
+    piers = {
+        name: {"kind": "pier", "size": [f"= {name}", 0.6], "height": 2.1, "courses": 5, "at": [origin + 3 * k, 0, 0]}
+        for k, name in enumerate("pq")
+    }
+    scene = scene_from({"name": "piers", "parameters": bars, "elements": piers})
+
+    def verify(assembly):
+        tenths = assembly.volume[assembly.free].sum() / (0.6 * 2.1 * 0.1)
+        return Judgement(Word.STANDS if tenths > least - 0.5 else Word.FALLS)
+
+    first = next(values for values in space_of(scene).grid() if round(10 * sum(values.values())) == least)
+    for strategy in ("paper", "pruned"):
+        assert search(scene, verify=verify, strategy=strategy, over="grid").best_parameters == first
+
+    def interrupt(done, expected, last):
+        if done == expected:
+            raise KeyboardInterrupt
+
+    interrupted = search(scene, verify=verify, strategy="paper", over="grid", progress=interrupt)
+    assert not interrupted.finished
+    assert interrupted.best_parameters == first

@@ -300,11 +300,10 @@ def lightest(evaluator: Evaluator, margin: Margin, *, snap: bool = False) -> Val
 
 def _met(evaluator: Evaluator, least: float, *, snap: bool) -> Values | None:
     """The first that stands of the designs that were measured and have the reserve, from the lightest on."""
-    ranges = evaluator.space.ranges
     fallen = 0.0
     for found in sorted(evaluator.rows.values(), key=lambda c: c.volume or 0.0):
-        on_steps = all(value in ranges[name].steps() for name, value in found.parameters.items())
-        if _enough(found, least) and (on_steps or not snap) and (found.volume or 0.0) >= HEAVIER * fallen:
+        on_steps = not snap or evaluator.space.is_on_steps(found.parameters)
+        if _enough(found, least) and on_steps and (found.volume or 0.0) >= HEAVIER * fallen:
             if evaluator.offer(found.parameters).stands:
                 return found.parameters
             fallen = found.volume or 0.0

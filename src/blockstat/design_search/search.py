@@ -33,7 +33,7 @@ from blockstat.design_search.margin import Margin
 from blockstat.design_search.shared_joints import SharedJoints
 from blockstat.design_search.space import Space, Values, space_of
 from blockstat.design_search.target import Assured, FailureTarget, lightest_assured
-from blockstat.design_search.walk import WALKS, expected
+from blockstat.design_search.walk import WALKS, by_volume, expected
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.spec import Scene
@@ -184,7 +184,7 @@ def search(
             evaluator.expected = expected(evaluator, over)
             best = WALKS[strategy, over](evaluator)
     except KeyboardInterrupt:
-        finished, best = False, _lightest_so_far(evaluator, margin.least)
+        finished, best = False, _lightest_so_far(evaluator, margin.least, snap)
     return replace(_result(evaluator, best, found, finished), assured=assured)
 
 
@@ -254,10 +254,16 @@ def _as_it_is(assembly: Assembly) -> Assembly:
     return assembly
 
 
-def _lightest_so_far(evaluator: Evaluator, least: float) -> Values | None:
+def _lightest_so_far(evaluator: Evaluator, least: float, snap: bool) -> Values | None:
     """The lightest design that stands and has the reserve, unless `static` rules it out: no other is judged then."""
-    standing = [c for c in evaluator.rows.values() if c.stands and (c.reserve is None or c.reserve >= least)]
+    space = evaluator.space
+    standing = [
+        candidate
+        for candidate in evaluator.rows.values()
+        if candidate.stands and (candidate.reserve is None or candidate.reserve >= least)
+        if not snap or space.is_on_steps(candidate.parameters)
+    ]
     if not standing:
         return None
-    best = min(standing, key=lambda c: c.volume or 0.0).parameters
+    best = by_volume(standing, [candidate.volume or 0.0 for candidate in standing])[0].parameters
     return best if evaluator.offer(best).stands else None
