@@ -325,6 +325,34 @@ def check_positive(what: str, value: Any, *, least: float = 0.0) -> None:
     raise InputError(f"{what} is {value!r}; it must be {f'at least {least:g}' if least else 'above 0'}")
 
 
+def check_count(what: str, value: Any, *, least: int = 1) -> None:
+    """Raise InputError unless a value is a whole number of at least a bound.
+
+    Parameters
+    ----------
+    what : str
+        What it is; the message begins with it.
+    value : object
+        What was given.
+    least : int, optional
+        The bound.
+
+    Raises
+    ------
+    InputError
+        For anything else.
+
+    Examples
+    --------
+    >>> check_count("batch", 0)
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: batch is 0; it must be a whole number of at least 1
+    """
+    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < least:
+        raise InputError(f"{what} is {value!r}; it must be a whole number of at least {least}")
+
+
 def check_seed(value: Any) -> None:
     """Raise InputError unless random numbers can be drawn from a seed.
 
@@ -338,8 +366,7 @@ def check_seed(value: Any) -> None:
     InputError
         For anything but a whole number of at least 0.
     """
-    if not isinstance(value, (int, np.integer)) or value < 0:
-        raise InputError(f"seed is {value!r}; it must be a whole number of at least 0")
+    check_count("seed", value, least=0)
 
 
 def check_seconds(value: Any) -> None:
@@ -359,8 +386,8 @@ def check_seconds(value: Any) -> None:
         raise InputError(f"seconds is {value!r}; it must be a number of at least 0")
 
 
-def check_vector(what: str, value: Any) -> Floats:
-    """Return a direction or a displacement as an array.
+def check_vector(what: str, value: Any, *, zero: bool = False) -> Floats:
+    """Return a direction, a displacement or a point as an array.
 
     Parameters
     ----------
@@ -368,6 +395,8 @@ def check_vector(what: str, value: Any) -> Floats:
         What it is; the message of an error begins with it.
     value : object
         What was given, three numbers.
+    zero : bool, optional
+        All may be zero, as those of a point.
 
     Returns
     -------
@@ -377,7 +406,7 @@ def check_vector(what: str, value: Any) -> Floats:
     Raises
     ------
     InputError
-        For anything but three numbers of a usable size, not all zero.
+        For anything but three numbers of a usable size, not all zero where that is not allowed.
 
     Examples
     --------
@@ -390,8 +419,10 @@ def check_vector(what: str, value: Any) -> Floats:
         vector = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         vector = np.empty(0)
-    if vector.shape != (3,) or not 1 / HUGE < np.abs(vector).max() < HUGE:
-        raise InputError(f"{what} is {value!r}; it must be three numbers, not all zero")
+    least = -1.0 if zero else 1 / HUGE
+    if vector.shape != (3,) or not least < np.abs(vector).max() < HUGE:
+        allowed = "three finite numbers" if zero else "three numbers, not all zero"
+        raise InputError(f"{what} is {value!r}; it must be {allowed}")
     return vector
 
 

@@ -279,6 +279,19 @@ def lines(path):
     return [{k: v for k, v in row.items() if "seconds" not in k} for row in csv.DictReader(path.open())]
 
 
+def test_a_history_that_cannot_be_written_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no such directory"):
+        run(history=tmp_path / "none" / "history.csv")
+    with pytest.raises(InputError, match="is a directory; a file is needed"):
+        run(history=tmp_path)
+
+
+@pytest.mark.parametrize("points", [0, -1, 2.5])
+def test_a_front_has_a_whole_number_of_points(points):
+    with pytest.raises(InputError, match=f"points is {points}; it must be a whole number of at least 1"):
+        run(verify=None, strategy="pareto", points=points)
+
+
 def test_a_search_can_be_called_off():
     asked = []
 

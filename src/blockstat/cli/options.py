@@ -15,6 +15,7 @@ import typer
 
 from blockstat.errors import InputError, InputWarning
 from blockstat.system.process import INTERRUPTED
+from blockstat.system.writing import check_file
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -78,10 +79,7 @@ def check_place(path: Path, *suffixes: str) -> None:
     """
     if suffixes and path.suffix.lower() not in suffixes:
         raise InputError(f'{path}: cannot write "{path.suffix}"; it is written as: {", ".join(suffixes)}')
-    if path.is_dir():
-        raise InputError(f"{path}: is a directory; a file is needed")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: no such directory: {path.parent}")
+    check_file(path)
 
 
 def file_to_write(*suffixes: str) -> Callable[[Path | None], Path | None]:

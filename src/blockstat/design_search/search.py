@@ -34,10 +34,11 @@ from blockstat.design_search.shared_joints import SharedJoints
 from blockstat.design_search.space import Space, Values, space_of
 from blockstat.design_search.target import Assured, FailureTarget, lightest_assured
 from blockstat.design_search.walk import WALKS, by_volume, expected
-from blockstat.errors import InputError, check_choice, known_options
+from blockstat.errors import InputError, check_choice, check_count, known_options
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.spec import Scene
 from blockstat.system.old_names import renamed_options
+from blockstat.system.writing import check_file
 
 __all__ = [
     "BY_STATICS", "ERROR", "PRUNED", "STRATEGIES", "UNASKED", "Candidate", "Dynamic", "FailureTarget", "Margin",
@@ -136,8 +137,8 @@ def search(
     Raises
     ------
     InputError
-        For an unknown parameter or option, one that the strategy does not have, a scene without ranges, or a history
-        file of another search.
+        For an unknown parameter or option, one that the strategy does not have, a scene without ranges, a number of
+        points below 1, or a history file of another search or where none can be written.
 
     Examples
     --------
@@ -148,6 +149,7 @@ def search(
     {'wall.thickness': 0.2}
     """
     check_strategy(strategy, over, margin, snap, target)
+    check_count("points", points)
     stated_length(gap)
     _check_robust(strategy, margin, imperfections, target)
     space = space_of(building, names)
@@ -160,6 +162,8 @@ def search(
         conditions = f"{conditions} {margin}{target or ''}"
     elif imperfections is not None:
         conditions = f"{conditions} {imperfections}"
+    if history is not None:
+        check_file(Path(history))
     log = History(Path(history), space.names, digest(space.scene, conditions)) if history is not None else None
     joints = SharedJoints()
     # Joints without their edges are for statics alone.

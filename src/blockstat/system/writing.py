@@ -12,6 +12,25 @@ from secrets import token_hex
 from blockstat.errors import InputError
 
 
+def check_file(path: Path) -> None:
+    """Refuse a file that cannot be written; better asked before long work than after.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        For a directory, and for a file in a directory that does not exist.
+    """
+    if path.is_dir():
+        raise InputError(f"{path}: is a directory; a file is needed")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: no such directory: {path.parent}")
+
+
 @contextmanager
 def written_whole(path: str | Path) -> Iterator[Path]:
     """Give a place to write to, which takes the place of a file when the body of a `with` statement ends well.
