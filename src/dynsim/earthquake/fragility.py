@@ -144,9 +144,9 @@ def fit_fragility(lower: ArrayLike, upper: ArrayLike, *, confidence: float = 0.9
     Raises
     ------
     InputError
-        For fewer than three records that say something, fewer than two that fell, bounds that are not ascending, or bounds that all
-        records share, be it in one intensity: then the likelihood grows as the dispersion shrinks to 0. Also for an
-        option that does not exist.
+        For fewer than three records that say something, fewer than two that fell, bounds that are not ascending, or
+        bounds that all records share, be it in one intensity: then the likelihood grows as the dispersion shrinks to 0.
+        Also for an option that does not exist.
 
     Notes
     -----
