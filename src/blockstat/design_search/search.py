@@ -188,7 +188,8 @@ def search(
             evaluator.expected = expected(evaluator, over)
             best = WALKS[strategy, over](evaluator)
     except KeyboardInterrupt:
-        finished, best = False, _lightest_so_far(evaluator, margin.least, snap)
+        # What was simulated for a target has no more than a chance to meet it.
+        finished, best = False, None if target else _lightest_so_far(evaluator, margin.least, snap=snap)
     return replace(_result(evaluator, best, found, finished), assured=assured)
 
 
@@ -258,7 +259,7 @@ def _as_it_is(assembly: Assembly) -> Assembly:
     return assembly
 
 
-def _lightest_so_far(evaluator: Evaluator, least: float, snap: bool) -> Values | None:
+def _lightest_so_far(evaluator: Evaluator, least: float, *, snap: bool = False) -> Values | None:
     """The lightest design that stands and has the reserve, unless `static` rules it out: no other is judged then."""
     space = evaluator.space
     standing = [
