@@ -4,6 +4,7 @@ bookkeeping is tested (the real one is in tests/dynsim)."""
 import csv
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -273,6 +274,30 @@ def test_looking_ahead_changes_nothing_in_the_history(tmp_path, ahead):
         remembered(path, progress=interrupt, begin=begun.append, speculative=ahead)
         assert rows(remembered(path, begin=begun.append, speculative=ahead)) == rows(whole)
         assert lines(path) == lines(tmp_path / "whole.csv")
+
+
+def test_designs_that_were_foreseen_behind_the_answer_leave_no_evidence(tmp_path):
+    # The top moves along the base, then the base gets narrower; behind the answer of the first line is a fall.
+    scene = scene_from(
+        {
+            "name": "two", "parameters": {"o": between(0.3, 1.05, 0.75), "w": between(0.2, 2.0, 0.3)},
+            "elements": {
+                "base": {"kind": "box", "size": ["= w", 1.0, 0.5]},
+                "top": {"kind": "box", "size": [1.0, 1.0, 1.0], "at": ["= o", 0, 0.5]},
+            },
+        }
+    )  # fmt: skip
+
+    def run_with(**options):
+        memory = Memory()
+        judge = partial(assess, memory=memory, score=False)
+        verify = lambda assembly: Judgement(Word.STANDS)  # noqa: E731
+        return search(scene, static=judge, memory=memory, verify=verify, **options), memory.statistics
+
+    alone, counted = run_with()
+    ahead, counted_ahead = run_with(begin=lambda assembly: None, speculative=2)
+    assert rows(ahead) == rows(alone)
+    assert counted_ahead == counted
 
 
 def lines(path):
