@@ -345,8 +345,15 @@ def check_count(what: str, value: Any, *, least: int = 1) -> None:
     ------
     InputError
         For anything else.
+
+    Examples
+    --------
+    >>> check_count("batch", 0)
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: batch is 0; it must be a whole number of at least 1
     """
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < least:
         raise InputError(f"{what} is {value!r}; it must be a whole number of at least {least}")
 
 
@@ -383,8 +390,8 @@ def check_seconds(value: Any) -> None:
         raise InputError(f"seconds is {value!r}; it must be a number of at least 0")
 
 
-def check_vector(what: str, value: Any) -> Floats:
-    """Return a direction or a displacement as an array.
+def check_vector(what: str, value: Any, *, zero: bool = False) -> Floats:
+    """Return a direction, a displacement or a point as an array.
 
     Parameters
     ----------
@@ -392,6 +399,8 @@ def check_vector(what: str, value: Any) -> Floats:
         What it is; the message of an error begins with it.
     value : object
         What was given, three numbers.
+    zero : bool, optional
+        All may be zero, as those of a point.
 
     Returns
     -------
@@ -401,7 +410,7 @@ def check_vector(what: str, value: Any) -> Floats:
     Raises
     ------
     InputError
-        For anything but three numbers of a usable size, not all zero.
+        For anything but three numbers of a usable size, not all zero where that is not allowed.
 
     Examples
     --------
@@ -414,8 +423,10 @@ def check_vector(what: str, value: Any) -> Floats:
         vector = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         vector = np.empty(0)
-    if vector.shape != (3,) or not 1 / HUGE < np.abs(vector).max() < HUGE:
-        raise InputError(f"{what} is {value!r}; it must be three numbers, not all zero")
+    least = -1.0 if zero else 1 / HUGE
+    if vector.shape != (3,) or not least < np.abs(vector).max() < HUGE:
+        allowed = "three finite numbers" if zero else "three numbers, not all zero"
+        raise InputError(f"{what} is {value!r}; it must be {allowed}")
     return vector
 
 

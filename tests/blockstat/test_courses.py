@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -100,8 +101,9 @@ def test_groups_follow_each_other_each_along_its_direction():
 
 
 def test_bad_directions_and_groups_are_named():
-    with pytest.raises(InputError, match=r"along is \(0, 0, 0\); it must be a direction"):
-        build_by_courses(arch(), along=(0, 0, 0))
+    for along in ((0, 0, 0), (0, 0, float("nan")), ((0,), 1, 2), "up", (0, 1)):
+        with pytest.raises(InputError, match=f"along is {re.escape(repr(along))}; it must be three numbers"):
+            build_by_courses(arch(), along=along)
     with pytest.raises(InputError, match='no group "roof"'):
         build_by_courses(example("chapel"), along={"roof": (0, 0, 1)})
 

@@ -305,3 +305,66 @@ def test_after_a_fall_the_next_measured_design_that_is_clearly_heavier_is_offere
     assert _met(evaluator, 0.01, snap=snap) == {"parameters.w": pytest.approx(offered)}
     assert len(asked) == 2
     assert _met(evaluator, 9.0, snap=snap) is None
+
+
+def crowded(**parameters):
+    """A block that overlaps another one beside it where it is wider than 1.5 m (and, where they say so, n is 1)."""
+    apart = "= 1.0 + 5 * (n - 1)" if "n" in parameters else 1.0
+    elements = {
+        "wide": {"kind": "box", "size": ["= w", 1.0, "= h" if "h" in parameters else 1.0]},
+        "beside": {"kind": "box", "size": [0.5, 0.5, 0.5], "at": [apart, 0, 0]},
+    }
+    if "n" in parameters:
+        elements["counted"] = {"kind": "box", "size": ["= n", 1.0, 1.0], "at": [-9, 0, 0]}
+    return scene_from({"name": "crowded", "parameters": parameters, "elements": elements})
+
+
+@pytest.mark.parametrize(
+    ("others", "expected"),
+    [
+        ({}, {}),
+        ({"n": between(1, 2, 1)}, {"parameters.n": 1.0}),
+        ({"h": between(1.0, 1.5, 0.1)}, {"parameters.h": 1.0}),
+    ],
+    ids=["one combination", "two combinations", "two that move"],
+)
+def test_where_the_largest_design_overlaps_a_descent_begins_at_a_smaller_one(others, expected):
+    # A block of width w and height h tips at a push of w / h.
+    scene = crowded(w=between(0.25, 1.75, 0.125), **others)
+    result = search(scene, verify=None, strategy="gradient", margin=Margin(PUSH, 0.3))
+    assert result.best_parameters == pytest.approx({"parameters.w": 0.3} | expected, abs=1e-4)
+
+
+def test_a_front_grows_up_to_the_largest_design_that_is_built():
+    scene = crowded(w=between(0.25, 1.75, 0.125))
+    result = search(scene, verify=None, strategy="pareto", margin=Margin(PUSH, 0.3), points=2)
+    # Blocks wider than 0.7 m, the coefficient of friction times their height, slide before they tip.
+    assert [c.reserve for c in result.front] == pytest.approx([0.3, 0.7], abs=1e-4)
+
+
+def test_a_combination_of_which_no_design_is_built_is_left_with_the_reason():
+    scene = crowded(w=between(1.6, 2.0, 0.1), n=between(1, 2, 1))
+    result = search(scene, verify=None, strategy="gradient", margin=Margin(PUSH, 0.3))
+    assert result.best_parameters == pytest.approx({"parameters.w": 1.6, "parameters.n": 2.0})
+    failed = [c for c in result.history if c.failed]
+    assert {c.parameters["parameters.n"] for c in failed} == {1.0}
+    assert f"{len(failed)} of {len(result.history)} designs could not be judged" in result.explain()
+
+
+def test_an_interrupted_search_on_steps_offers_no_design_between_them():
+    # The least width that a push of 0.33 asks of a block one high lies between steps.
+    scene = scene_from(
+        {"name": "one", "parameters": {"w": between(0.1, 1.0, 0.1)},
+         "elements": {"block": {"kind": "box", "size": ["= w", 1.0, 1.0]}}}
+    )  # fmt: skip
+    options = {"verify": None, "strategy": "gradient", "margin": Margin(PUSH, 0.33)}
+
+    def interrupt(done, expected, last):
+        if last.reserve == pytest.approx(0.33, abs=1e-3):
+            raise KeyboardInterrupt
+
+    between_steps = search(scene, **options, progress=interrupt)
+    assert between_steps.best_parameters == {"parameters.w": pytest.approx(0.33, abs=1e-3)}
+    on_steps = search(scene, **options, snap=True, progress=interrupt)
+    assert not on_steps.finished
+    assert on_steps.best_parameters == {"parameters.w": 1.0}

@@ -97,8 +97,9 @@ def test_least_peaks_over_all_orders_of_an_arch(props, peak):
 
 def test_a_centring_that_cannot_be_lowered_is_refused():
     assembly = arch()
-    with pytest.raises(InputError, match="lowering is 0"):
-        decentring(assembly, (OPEN, []), centring(assembly, OPEN), lowering=0)
+    for lowering in (0, -0.001, float("inf"), float("nan"), "1 mm"):
+        with pytest.raises(InputError, match=f"lowering is {lowering!r}; it must be a finite length above 0"):
+            decentring(assembly, (OPEN, []), centring(assembly, OPEN), lowering=lowering)
     with pytest.raises(InputError, match="nothing to lower"):
         decentring(assembly, (OPEN, []), hoists(assembly, ["s0"]))
 
@@ -141,3 +142,19 @@ def test_what_props_are_not_proven_to_leave_falling_is_not_said_to_fall(monkeypa
     assert found.undecided == 0
     blocked = replace(found, undecided=2)
     assert "no order needs less, unless it goes by one of 2 states that props may or may not hold." in blocked.explain()
+
+
+@pytest.mark.parametrize(
+    ("point", "direction", "words"),
+    [
+        ((0.5, 0.5, 1.0), (0.0, 0.0, 0.0), "direction is .*; it must be three numbers, not all zero"),
+        ((0.5, 0.5, 1.0), (0.0, 0.0, float("nan")), "direction is .*; it must be three numbers"),
+        ((float("nan"), 0.5, 1.0), (0.0, 0.0, 1.0), "point is .*; it must be three finite numbers"),
+        ((0.5, float("inf"), 1.0), (0.0, 0.0, 1.0), "point is .*; it must be three finite numbers"),
+        ((0.5, 1.0), (0.0, 0.0, 1.0), "point is .*; it must be three finite numbers"),
+    ],
+)
+def test_a_prop_without_a_place_or_a_direction_is_refused(point, direction, words):
+    with pytest.raises(InputError, match=f'prop under "stone": {words}'):
+        Prop("stone", point, direction)
+    assert Prop("stone", (0, 0, 0), (0, 0, 1)).point == (0, 0, 0)

@@ -1,5 +1,7 @@
 """The lightest design under imperfections or below a probability of failure: pillars that tip at (b - 2 delta) / h."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.stats import norm
@@ -197,6 +199,48 @@ def test_the_best_at_an_end_that_has_no_last_digit_is_offered():
     found = search(scene, verify=None, strategy="gradient", margin=Margin((1.0, 0.0, 0.0), 2 / 3 - 1e-6))
     assert 2 / 3 - 2e-6 <= found.best_parameters["parameters.b"] <= 2 / 3
     assert found.history[0].parameters == {"parameters.b": 2 / 3}
+
+
+class Slender:
+    """A dynamic verifier in which pillars of less than .36 m fall; it notes whom it is asked about."""
+
+    def __init__(self):
+        self.asked = []
+
+    def __call__(self, assembly):
+        self.asked.append(float(assembly.volume[assembly.free].sum() / 0.5))
+        return SimpleNamespace(outcome=SimpleNamespace(word="stands" if self.asked[-1] >= 0.36 else "falls"))
+
+
+def test_the_rounds_of_a_target_simulate_each_design_once_and_all_of_them_count(tmp_path):
+    target = FailureTarget(0.05, {"push": Random("normal", 0.2, 0.05)}, draws=60, **ALONG)
+    options = {"strategy": "robust", "target": target, "history": tmp_path / "history.csv"}
+    verifier = Slender()
+    found = search(PILLAR, verify=verifier, **options)
+    assert len(verifier.asked) > 2
+    np.testing.assert_allclose([c.parameters["parameters.b"] for c in found.history], verifier.asked, rtol=1e-9)
+    assert len(set(verifier.asked)) == len(verifier.asked) == found.dynamic_runs
+    assert found.best_parameters["parameters.b"] >= 0.36
+    assert found.confirmation.outcome.word == "stands"
+    assert {c.dynamic for c in found.history} == {"stands", "falls"}
+    again = Slender()
+    resumed = search(PILLAR, verify=again, **options)
+    assert (again.asked, resumed.best_parameters) == ([], found.best_parameters)
+
+
+def test_an_interrupted_search_for_a_target_offers_nothing():
+    """The first design that is simulated stands, and is lighter than the target asks for."""
+
+    def verify(assembly):
+        return SimpleNamespace(outcome=SimpleNamespace(word="stands"))
+
+    def interrupt(done, expected, last):
+        if last.dynamic == "stands":
+            raise KeyboardInterrupt
+
+    target = FailureTarget(0.05, {"push": Random("normal", 0.2, 0.05)}, draws=60, **ALONG)
+    found = search(PILLAR, verify=verify, strategy="robust", target=target, progress=interrupt)
+    assert (found.finished, found.best, found.dynamic_runs) == (False, None, 1)
 
 
 def test_a_target_takes_the_push_of_the_scene_beside_other_variables():

@@ -4,6 +4,7 @@ bookkeeping is tested (the real one is in tests/dynsim)."""
 import csv
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from blockstat import InputError, JointLaw, Memory, assess, build, search, with_values, write
 from blockstat.design_search.search import PRUNED, FailureTarget, Margin
 from blockstat.design_search.shared_joints import SharedJoints
+from blockstat.design_search.space import space_of
 from blockstat.spec import parameters, scene_from
 from evidence.references.arches import POLY
 from evidence.scenes.small import HUT, assembly, box
@@ -274,8 +276,45 @@ def test_looking_ahead_changes_nothing_in_the_history(tmp_path, ahead):
         assert lines(path) == lines(tmp_path / "whole.csv")
 
 
+def test_designs_that_were_foreseen_behind_the_answer_leave_no_evidence(tmp_path):
+    # The top moves along the base, then the base gets narrower; behind the answer of the first line is a fall.
+    scene = scene_from(
+        {
+            "name": "two", "parameters": {"o": between(0.3, 1.05, 0.75), "w": between(0.2, 2.0, 0.3)},
+            "elements": {
+                "base": {"kind": "box", "size": ["= w", 1.0, 0.5]},
+                "top": {"kind": "box", "size": [1.0, 1.0, 1.0], "at": ["= o", 0, 0.5]},
+            },
+        }
+    )  # fmt: skip
+
+    def run_with(**options):
+        memory = Memory()
+        judge = partial(assess, memory=memory, score=False)
+        verify = lambda assembly: Judgement(Word.STANDS)  # noqa: E731
+        return search(scene, static=judge, memory=memory, verify=verify, **options), memory.statistics
+
+    alone, counted = run_with()
+    ahead, counted_ahead = run_with(begin=lambda assembly: None, speculative=2)
+    assert rows(ahead) == rows(alone)
+    assert counted_ahead == counted
+
+
 def lines(path):
     return [{k: v for k, v in row.items() if "seconds" not in k} for row in csv.DictReader(path.open())]
+
+
+def test_a_history_that_cannot_be_written_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no such directory"):
+        run(history=tmp_path / "none" / "history.csv")
+    with pytest.raises(InputError, match="is a directory; a file is needed"):
+        run(history=tmp_path)
+
+
+@pytest.mark.parametrize("points", [0, -1, 2.5])
+def test_a_front_has_a_whole_number_of_points(points):
+    with pytest.raises(InputError, match=f"points is {points}; it must be a whole number of at least 1"):
+        run(verify=None, strategy="pareto", points=points)
 
 
 def test_a_search_can_be_called_off():
@@ -427,3 +466,31 @@ def test_joints_go_from_statics_to_the_verifier_unless_they_are_divided_into_cel
     assert static(divided).interfaces.share is not None
     assert dynamic(divided) is None
     assert shared.handed(len) is len  # a verifier that has no option for them is called as it is
+
+
+@pytest.mark.parametrize("origin", [0.0, 1.1])
+@pytest.mark.parametrize("least", [8, 9, 11])
+def test_of_equally_light_designs_of_a_grid_the_first_is_the_answer_wherever_they_stand(least, origin):
+    # Two piers p and q wide, in tenths of a metre: their volume grows with p + q alone.
+    bars = {name: between(0.3, 0.6, 0.1) for name in "pq"}
+    piers = {
+        name: {"kind": "pier", "size": [f"= {name}", 0.6], "height": 2.1, "courses": 5, "at": [origin + 3 * k, 0, 0]}
+        for k, name in enumerate("pq")
+    }
+    scene = scene_from({"name": "piers", "parameters": bars, "elements": piers})
+
+    def verify(assembly):
+        tenths = assembly.volume[assembly.free].sum() / (0.6 * 2.1 * 0.1)
+        return Judgement(Word.STANDS if tenths > least - 0.5 else Word.FALLS)
+
+    first = next(values for values in space_of(scene).grid() if round(10 * sum(values.values())) == least)
+    for strategy in ("paper", "pruned"):
+        assert search(scene, verify=verify, strategy=strategy, over="grid").best_parameters == first
+
+    def interrupt(done, expected, last):
+        if done == expected:
+            raise KeyboardInterrupt
+
+    interrupted = search(scene, verify=verify, strategy="paper", over="grid", progress=interrupt)
+    assert not interrupted.finished
+    assert interrupted.best_parameters == first

@@ -191,9 +191,11 @@ def test_a_sweep_tells_how_many_rows_are_done_those_of_before_too(tmp_path):
 
 
 def test_what_cannot_be_swept_is_named():
-    for number in (0, -3):
-        with pytest.raises(InputError, match=f"a Latin hypercube of {number} designs; it must be at least 1"):
+    for number in (0, -3, 2.5):
+        with pytest.raises(InputError, match=f"number is {number}; it must be a whole number of at least 1"):
             latin_hypercube(SCENE, number)
+    with pytest.raises(InputError, match="seed is -1; it must be a whole number of at least 0"):
+        latin_hypercube(SCENE, 2, seed=-1)
     fixed = scene_from(HUT | {"wall": {"thickness": 0.5, "height": 1.5}, "vault": {"thickness": 0.3, "voussoirs": 7}})
     for designs in (
         lambda: latin_hypercube(fixed, 2),
@@ -204,3 +206,36 @@ def test_what_cannot_be_swept_is_named():
             InputError, match=r'"hut" has no parameter to sweep; write one as \{value, min, max, step\}'
         ):
             designs()
+
+
+@pytest.mark.parametrize("options", [{"batch": 0}, {"batch": -1}, {"batch": 1.5}, {"jobs": 0}, {"jobs": -1}])
+def test_a_sweep_without_a_process_or_a_design_at_a_time_is_refused(tmp_path, options):
+    (name, value), path = *options.items(), tmp_path / "rows.jsonl"
+    with pytest.raises(InputError, match=f"{name} is {value}; it must be a whole number of at least 1"):
+        sweep(SCENE, grid(SCENE), path, **options)
+    assert not path.exists()
+
+
+def test_a_sweep_into_no_directory_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no such directory"):
+        sweep(SCENE, grid(SCENE), tmp_path / "none" / "rows.jsonl", jobs=1)
+    with pytest.raises(InputError, match="is a directory; a file is needed"):
+        sweep(SCENE, grid(SCENE), tmp_path, jobs=1)
+
+
+def test_of_a_file_with_more_rows_only_those_of_the_designs_that_are_asked_count(tmp_path):
+    path = tmp_path / "rows.jsonl"
+    good, bad = list(grid(SCENE))[:2], [{"wall.thickness": thickness} for thickness in (9.0, 8.0)]
+    everything = sweep(SCENE, [*good, *bad], path, jobs=1)
+    assert (everything.outcome.word, everything.failed, len(everything.rows())) == ("complete", 2, 4)
+    again = sweep(SCENE, good, path, jobs=1)
+    assert (again.outcome.word, again.failed, again.reasons) == ("resumed", 0, "")
+    assert again.rows() == everything.rows()[:2]
+
+
+def test_a_design_with_an_unknown_parameter_is_named_each_time(tmp_path):
+    path, designs = tmp_path / "rows.jsonl", [*list(grid(SCENE))[:1], {"roof": 1.0}]
+    for _ in range(2):
+        with pytest.raises(InputError, match=r'no parameter "roof"; parameters are: wall\.thickness'):
+            sweep(SCENE, designs, path, jobs=1, batch=1)
+    assert sweep(SCENE, designs[:1], path, jobs=1).computed == 0

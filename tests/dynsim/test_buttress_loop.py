@@ -61,6 +61,25 @@ def test_a_wall_without_room_for_more_ends_the_loop():
     assert result.steps[-1].cracks
 
 
+@pytest.mark.parametrize("present", [False, {"value": 0, "min": 0, "max": 1, "step": 1}])
+def test_buttresses_that_are_absent_in_the_scene_are_built_like_others(present):
+    whole = judge(build(hall(0.8, {})))
+    moves = replace(whole, outcome=DynamicOutcome.CREEPS)
+    tables, told = sides(0.6, "south"), []
+
+    def progress(step):
+        told.append(step)
+        assert len(told) <= 10
+
+    there = buttress_loop(hall(0.8, tables), lambda _: moves)
+    tables["south"]["present"] = present
+    absent = buttress_loop(hall(0.8, tables), lambda _: moves, progress=progress)
+    # A step without buttresses, and then one more each, as many as there is room for, each of them blocks.
+    assert [step.number for step in absent.steps] == [{}, *({"south": n} for n in range(1, len(told)))]
+    assert [step.blocks for step in absent.steps] == [step.blocks for step in there.steps]
+    assert absent.steps[1].blocks > absent.steps[0].blocks
+
+
 def test_cracks_are_those_of_the_walls_they_touch():
     found = cracks_by_wall({"wall.south | wall.west": 2, "buttress.south.2 | wall.south": 1, "ground | wall.east": 1})
     assert found == {"south": 3, "west": 2, "east": 1}

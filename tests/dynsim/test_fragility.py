@@ -129,6 +129,15 @@ def test_a_record_that_falls_at_once_is_left_censored():
     assert np.isfinite(found.dispersion_interval).all()
 
 
+def test_a_record_of_which_nothing_is_known_changes_nothing():
+    low, high = brackets(5, seed=2)
+    alone, beside = fit_fragility(low, high), fit_fragility([0.0, *low, 0.0], [np.inf, *high, np.inf])
+    assert (beside.median, beside.dispersion) == (alone.median, alone.dispersion)
+    assert beside.median_interval == alone.median_interval
+    assert beside.dispersion_interval == alone.dispersion_interval
+    assert len(beside.lower) == 7
+
+
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e6])
 def test_units_change_nothing(unit):
     low, high = brackets(5, seed=2)
@@ -158,6 +167,8 @@ def test_brackets_have_a_dispersion_where_they_share_no_intensity(top, has_fit):
     ("low", "high", "options", "words"),
     [
         ([0.1, 0.2], [0.2, 0.3], {}, "2 records; at least three are needed"),
+        ([0.1, 0.2, 0.0], [0.2, 0.3, np.inf], {}, "2 records with a bound, of 3; at least three are needed"),
+        ([0.0, 0.0, 0.0], [np.inf] * 3, {}, "0 records with a bound, of 3; at least three are needed"),
         ([0.1, 0.2, 0.3], [0.2, 0.3], {}, "one number a record each"),
         ([0.1, np.nan, 0.3], [0.2, 0.3, 0.4], {}, "one number a record each"),
         ([0.1, -0.2, 0.3], [0.2, 0.3, 0.4], {}, "lower is 0 or more"),

@@ -118,6 +118,26 @@ def test_a_hunt_brackets_the_limit_and_goes_on_from_any_run(limit):
         assert hunt.following({at: known[at] for at in asked[:count]}) == after
 
 
+@pytest.mark.parametrize("finer", [{"factor": 1.1}, {"start": 0.16, "factor": 1.9}], ids=["factor", "start"])
+def test_a_hunt_by_shorter_steps_goes_on_from_another_and_sees_what_that_passed_over(finer):
+    # A block falls from .28 to .33 and above .6; the steps .1, .2, .4, .8 pass over the first.
+    def go_on(hunt, known):
+        known = dict(known)
+        while (intensity := hunt.following(known)) is not None:
+            known[intensity] = 0.28 <= intensity < 0.33 or intensity > 0.6
+        return known
+
+    options = {"start": 0.1, "factor": 2.0, "up_to": 1.6, "resolution": 0.05, "beyond": 0}
+    before = go_on(Hunt(**options), {})
+    assert bracket(before)[0] <= 0.6 < bracket(before)[1]
+    resumed, fresh = go_on(Hunt(**options | finer), before), go_on(Hunt(**options | finer), {})
+    assert bracket(fresh)[1] < 0.33
+    for known in (resumed, fresh):
+        low, high = bracket(known)
+        assert low < 0.28 <= high
+        assert high - low <= 0.05 * high
+
+
 def test_a_hunt_without_a_fall_ends_at_the_greatest_intensity():
     hunt, known = Hunt(start=0.05, factor=2.0, up_to=0.3, resolution=0.05, beyond=2), {}
     while (intensity := hunt.following(known)) is not None:

@@ -8,14 +8,14 @@ import pytest
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
-from blockstat import Assembly, Plan, Prop, Step, Tie, assess, assess_plan, box, find_order, write, write_plan
+from blockstat import Assembly, Outcome, Plan, Prop, Step, Tie, assess, assess_plan, box, find_order, write, write_plan
 from blockstat.errors import InputError
 from blockstat.view.painter import visible
 from building_sites import arch, tee
 from dynsim import DynamicOutcome, Settings, World, read_run, sequence, verify, write_run
 from dynsim.bonds.props import PropForces
 from dynsim.cli.commands import app
-from dynsim.comparison.steps import compare_steps
+from dynsim.comparison.steps import StepComparison, compare_steps
 from dynsim.view import film
 
 
@@ -147,6 +147,25 @@ def test_a_plan_with_ties_is_refused_as_by_the_statics():
     for judge in (sequence, assess_plan):
         with pytest.raises(InputError, match='"tied" has ties; sequences are judged without ties'):
             judge(tied, Plan((Step(("pillar",)),)))
+
+
+def test_a_step_on_which_statics_or_bullet_say_neither_is_no_agreement():
+    stable, unstable, undecided = Outcome.STABLE, Outcome.UNSTABLE, Outcome.UNDECIDED
+    stands, falls, creeps = DynamicOutcome.STANDS, DynamicOutcome.FALLS, DynamicOutcome.CREEPS
+    pairs = [(s, d) for s in (stable, unstable, undecided) for d in (stands, falls, creeps)]
+    static, dynamic = zip(*pairs, strict=True)
+    compared = StepComparison(static, (None,) * 9, dynamic, (None,) * 9)
+    assert [pairs[k] for k in compared.differ] == [(stable, falls), (unstable, stands)]
+    neither = [pair for pair in pairs if undecided in pair or creeps in pair]
+    assert [pairs[k] for k in compared.undecided] == neither
+    assert len(neither) == 5
+    assert compared.summary()["undecided"] == compared.undecided
+    words = compared.explain().splitlines()
+    assert words[:2] == [
+        "Statics and Bullet agree on 2 of 9 steps.", "On 5 of 9 steps one of them says neither."
+    ]  # fmt: skip
+    assert "step 7: Bullet falls, statics undecided" in words
+    assert len(words) == 2 + 7
 
 
 def test_a_fall_that_statics_allow_is_asked_at_other_tightnesses_and_on_props_not_at_all():

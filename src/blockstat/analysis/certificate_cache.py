@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import hashlib
 from collections import OrderedDict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -61,6 +62,28 @@ class Memory:
     def __init__(self) -> None:
         self.statistics = {"forces": 0, "mechanism": 0, "solved": 0}
         self._known: OrderedDict[bytes, _Evidence] = OrderedDict()
+
+    def state(self) -> Any:
+        """Return what is known now, to `go_back` to.
+
+        Returns
+        -------
+        object
+            What is kept from now on leaves it as it is.
+        """
+        known = OrderedDict((kind, replace(own)) for kind, own in self._known.items())
+        return dict(self.statistics), known
+
+    def go_back(self, state: Any) -> None:
+        """Forget all verdicts since a state.
+
+        Parameters
+        ----------
+        state : object
+            As `state` gave it.
+        """
+        statistics, self._known = state
+        self.statistics.update(statistics)
 
     def recall(self, problem: Problem) -> Answer | None:
         """Return earlier evidence that proves the outcome of a new problem.

@@ -16,7 +16,7 @@ import typer
 
 from blockstat.errors import InputError, InputWarning
 from blockstat.system.process import INTERRUPTED
-from blockstat.system.writing import check_directory
+from blockstat.system.writing import check_file
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -80,9 +80,7 @@ def check_place(path: Path, *suffixes: str) -> None:
     """
     if suffixes and path.suffix.lower() not in suffixes:
         raise InputError(f'{path}: cannot write "{path.suffix}"; it is written as: {", ".join(suffixes)}')
-    if path.is_dir():
-        raise InputError(f"{path}: is a directory; a file is needed")
-    check_directory(path)
+    check_file(path)
 
 
 def file_to_write(*suffixes: str) -> Callable[[Path | None], Path | None]:

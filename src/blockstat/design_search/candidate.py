@@ -47,6 +47,11 @@ class Candidate:
         return ERROR in (self.static, self.dynamic)
 
     @property
+    def simulated(self) -> bool:
+        """The dynamic verifier was asked about it."""
+        return self.dynamic not in (PRUNED, UNASKED, BY_STATICS)
+
+    @property
     def stands(self) -> bool:
         """Both agree: statics do not rule it out and the dynamic verifier saw it stand."""
         return not self.excluded and self.dynamic in ("stands", BY_STATICS)
@@ -181,7 +186,7 @@ class SearchResult(Result):
     @property
     def dynamic_runs(self) -> int:
         """Designs that the dynamic verifier was asked about."""
-        return sum(c.dynamic not in (PRUNED, UNASKED, BY_STATICS) for c in self.history)
+        return sum(c.simulated for c in self.history)
 
     @property
     def disagreements(self) -> tuple[Candidate, ...]:

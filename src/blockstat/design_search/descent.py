@@ -11,7 +11,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import chain, product
 from time import process_time
 
 import numpy as np
@@ -36,6 +36,8 @@ HEAVIER = 1.05
 PENALTY = 50.0
 #: A descent ends after this many designs, when it can gain less than this share, or within this distance (scaled).
 DESIGNS, GAIN, CLOSE = 60, 1e-7, 1e-6
+#: Where the largest design is not built, smaller ones are tried in so many equal parts of the ranges.
+PARTS = 8
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,24 @@ class Descent:
             reserve=found.reserve, slopes=slopes,
         )  # fmt: skip
 
+    def largest(self) -> Candidate:
+        """Measure the largest design, or, where it cannot be built, find a smaller one that can.
+
+        All parameters are lowered together, and then each by itself, with the others at their most.
+
+        Returns
+        -------
+        Candidate
+            The first that is built; the largest itself where none of them is. All have a row.
+        """
+        n = len(self.moved)
+        shares = np.arange(PARTS)[::-1] / PARTS
+        alone = (np.where(np.eye(n)[k] > 0, share, 1.0) for k in range(n if n > 1 else 0) for share in shares)
+        together = (np.full(n, share) for share in (shares if n else ()))
+        found = self.measured(np.ones(n))
+        smaller = (self.measured(x) for x in chain(together, alone))
+        return found if _built(found) else next(filter(_built, smaller), found)
+
     def down(self, least: float) -> Candidate | None:
         """Find the lightest design with a reserve.
 
@@ -123,7 +143,7 @@ class Descent:
         Kelley, J. E. (1960). The cutting-plane method for solving convex programs. Journal of the Society for
         Industrial and Applied Mathematics 8(4), 703-712.
         """
-        seen = [self.measured(np.ones(len(self.moved)))]
+        seen = [self.largest()]
         reach = 1.0
 
         def cost(found: Candidate) -> float:
@@ -280,11 +300,10 @@ def lightest(evaluator: Evaluator, margin: Margin, *, snap: bool = False) -> Val
 
 def _met(evaluator: Evaluator, least: float, *, snap: bool) -> Values | None:
     """The first that stands of the designs that were measured and have the reserve, from the lightest on."""
-    ranges = evaluator.space.ranges
     fallen = 0.0
     for found in sorted(evaluator.rows.values(), key=lambda c: c.volume or 0.0):
-        on_steps = all(value in ranges[name].steps() for name, value in found.parameters.items())
-        if _enough(found, least) and (on_steps or not snap) and (found.volume or 0.0) >= HEAVIER * fallen:
+        on_steps = not snap or evaluator.space.is_on_steps(found.parameters)
+        if _enough(found, least) and on_steps and (found.volume or 0.0) >= HEAVIER * fallen:
             if evaluator.offer(found.parameters).stands:
                 return found.parameters
             fallen = found.volume or 0.0
@@ -301,7 +320,7 @@ def front(evaluator: Evaluator, margin: Margin, points: int) -> tuple[Candidate,
     margin : Margin
         Direction of the reserve, and the least reserve that is asked for.
     points : int
-        Number of reserves asked for, from that of the margin up to the most that any design has at its largest.
+        Number of reserves asked for, from that of the margin up to the most that any combination has at its largest.
 
     Returns
     -------
@@ -314,7 +333,7 @@ def front(evaluator: Evaluator, margin: Margin, points: int) -> tuple[Candidate,
         For more combinations of what is counted than `MOST`.
     """
     paths = list(descents(evaluator, margin))
-    most = max((d.measured(np.ones(len(d.moved))).reserve or 0.0) for d in paths)
+    most = max((d.largest().reserve or 0.0) for d in paths)
     found: list[Candidate] = []
     for least in np.linspace(margin.least, max(most - AIM, margin.least), points):
         lowest = [c for c in (d.down(float(least)) for d in paths) if c is not None]

@@ -60,7 +60,8 @@ class Evaluator:
     rows: dict[Key, Candidate] = field(default_factory=dict)  #: in the order in which they were asked for
     known: dict[Key, Candidate] = field(default_factory=dict)  #: of an earlier run
     standing: dict[Key, Any] = field(default_factory=dict)  #: dynamic verdicts of this run on designs that stand
-    _foreseen: dict[Key, Candidate] = field(default_factory=dict)  #: judged by statics before they are asked for
+    #: judged by statics before they are asked for, each with the state of the memory before
+    _foreseen: dict[Key, tuple[Candidate, Any]] = field(default_factory=dict)
     _evaluated: dict[Key, tuple[Assembly, Verdict]] = field(default_factory=dict)  #: until dynamics have been asked
     _begun: set[Key] = field(default_factory=set)
     _ruled: dict[Key, Candidate] = field(default_factory=dict)  #: what `static` says of designs that were measured
@@ -148,7 +149,8 @@ class Evaluator:
         """
         key = tuple(values.values())
         before = self.rows.get(key, self.known.get(key))
-        candidate = before or self._foreseen.pop(key, None) or self._static(key, dict(values))
+        foreseen = self._foreseen.pop(key, None)
+        candidate = before or (foreseen[0] if foreseen else self._static(key, dict(values)))
         wanted = (UNASKED, PRUNED) if always else (UNASKED,)
         if dynamics and candidate.static != ERROR and candidate.dynamic in wanted:
             candidate = self._dynamic(key, candidate)
@@ -182,8 +184,7 @@ class Evaluator:
                 self._ruled[key] = self._judged(key, dict(values))
             ruled = self._ruled[key]
             if ruled.static != row.static:
-                simulated = row.dynamic not in (UNASKED, PRUNED, BY_STATICS)
-                dynamic = row.dynamic if simulated and not ruled.excluded else ruled.dynamic
+                dynamic = row.dynamic if row.simulated and not ruled.excluded else ruled.dynamic
                 said = {"static": ruled.static, "score": ruled.score, "evidence": ruled.evidence}
                 self.enter(key, replace(row, **said, dynamic=dynamic, note=ruled.note or row.note), new=True)
         return self.ask(values)
@@ -208,10 +209,13 @@ class Evaluator:
         KeyboardInterrupt
             When the search was cancelled.
         """
-        for number, values in enumerate(line):
-            self._look_ahead(line[number:])
-            if self.ask(values).stands:
-                return values
+        try:
+            for number, values in enumerate(line):
+                self._look_ahead(line[number:])
+                if self.ask(values).stands:
+                    return values
+        finally:
+            self._forget_foreseen()
         return None
 
     def _look_ahead(self, line: Iterable[Values]) -> None:
@@ -224,9 +228,9 @@ class Evaluator:
         running = 0
         for values in line:
             key = tuple(values.values())
-            candidate = self.rows.get(key, self.known.get(key)) or self._foreseen.get(key)
+            candidate = self.rows.get(key, self.known.get(key))
             if candidate is None:
-                candidate = self._foreseen[key] = self._static(key, dict(values))
+                candidate = self._foresee(key, dict(values))
             if candidate.dynamic != UNASKED or candidate.static == ERROR:
                 continue
             if key not in self._begun:
@@ -235,6 +239,23 @@ class Evaluator:
             running += 1
             if running == self.callbacks.speculative:
                 return
+
+    def _foresee(self, key: Key, values: dict[str, float]) -> Candidate:
+        """Judge a design by statics, unless that was done."""
+        if key not in self._foreseen:
+            self.restore()
+            memory = self.callbacks.memory
+            state = memory.state() if memory is not None else None
+            self._foreseen[key] = self._static(key, values), state
+        return self._foreseen[key][0]
+
+    def _forget_foreseen(self) -> None:
+        """Forget designs that were foreseen and not asked for: what follows rests on no evidence of theirs."""
+        if self._foreseen and self.callbacks.memory is not None:
+            self.callbacks.memory.go_back(next(iter(self._foreseen.values()))[1])
+        for key in self._foreseen:
+            self._evaluated.pop(key, None)
+        self._foreseen.clear()
 
     def _of(self, key: Key, candidate: Candidate) -> tuple[Assembly, Verdict]:
         """The assembly of a candidate and what statics say of it."""

@@ -33,11 +33,12 @@ from blockstat.design_search.margin import Margin
 from blockstat.design_search.shared_joints import SharedJoints
 from blockstat.design_search.space import Space, Values, space_of
 from blockstat.design_search.target import Assured, FailureTarget, lightest_assured
-from blockstat.design_search.walk import WALKS, expected
-from blockstat.errors import InputError, check_choice, known_options
+from blockstat.design_search.walk import WALKS, by_volume, expected
+from blockstat.errors import InputError, check_choice, check_count, known_options
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.spec import Scene
 from blockstat.system.old_names import renamed_options
+from blockstat.system.writing import check_file
 
 __all__ = [
     "BY_STATICS", "ERROR", "PRUNED", "STRATEGIES", "UNASKED", "Candidate", "Dynamic", "FailureTarget", "Margin",
@@ -136,8 +137,8 @@ def search(
     Raises
     ------
     InputError
-        For an unknown parameter or option, one that the strategy does not have, a scene without ranges, or a history
-        file of another search.
+        For an unknown parameter or option, one that the strategy does not have, a scene without ranges, a number of
+        points below 1, or a history file of another search or where none can be written.
 
     Examples
     --------
@@ -148,6 +149,7 @@ def search(
     {'wall.thickness': 0.2}
     """
     check_strategy(strategy, over, margin, snap, target)
+    check_count("points", points)
     stated_length(gap)
     _check_robust(strategy, margin, imperfections, target)
     space = space_of(building, names)
@@ -160,6 +162,8 @@ def search(
         conditions = f"{conditions} {margin}{target or ''}"
     elif imperfections is not None:
         conditions = f"{conditions} {imperfections}"
+    if history is not None:
+        check_file(Path(history))
     log = History(Path(history), space.names, digest(space.scene, conditions)) if history is not None else None
     joints = SharedJoints()
     # Joints without their edges are for statics alone.
@@ -184,7 +188,8 @@ def search(
             evaluator.expected = expected(evaluator, over)
             best = WALKS[strategy, over](evaluator)
     except KeyboardInterrupt:
-        finished, best = False, _lightest_so_far(evaluator, margin.least)
+        # What was simulated for a target has no more than a chance to meet it.
+        finished, best = False, None if target else _lightest_so_far(evaluator, margin.least, snap=snap)
     return replace(_result(evaluator, best, found, finished), assured=assured)
 
 
@@ -254,10 +259,16 @@ def _as_it_is(assembly: Assembly) -> Assembly:
     return assembly
 
 
-def _lightest_so_far(evaluator: Evaluator, least: float) -> Values | None:
+def _lightest_so_far(evaluator: Evaluator, least: float, *, snap: bool = False) -> Values | None:
     """The lightest design that stands and has the reserve, unless `static` rules it out: no other is judged then."""
-    standing = [c for c in evaluator.rows.values() if c.stands and (c.reserve is None or c.reserve >= least)]
+    space = evaluator.space
+    standing = [
+        candidate
+        for candidate in evaluator.rows.values()
+        if candidate.stands and (candidate.reserve is None or candidate.reserve >= least)
+        if not snap or space.is_on_steps(candidate.parameters)
+    ]
     if not standing:
         return None
-    best = min(standing, key=lambda c: c.volume or 0.0).parameters
+    best = by_volume(standing, [candidate.volume or 0.0 for candidate in standing])[0].parameters
     return best if evaluator.offer(best).stands else None

@@ -72,6 +72,20 @@ class Space:
         for values in product(*(self.line(name) for name in self.names)):
             yield dict(zip(self.names, values, strict=True))
 
+    def is_on_steps(self, values: Mapping[str, float]) -> bool:
+        """Tell whether a design lies on the steps of the ranges.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Parameter values of the design.
+
+        Returns
+        -------
+        bool
+        """
+        return all(value in self.ranges[name].steps() for name, value in values.items())
+
     def at(self, values: Mapping[str, float]) -> Scene:
         """Return the scene with some values.
 

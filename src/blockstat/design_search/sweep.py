@@ -21,12 +21,13 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.design_search.candidate import ERROR, failures
 from blockstat.design_search.history import digest
-from blockstat.errors import InputError, known_options, no_such
+from blockstat.errors import InputError, check_count, check_seed, known_options, no_such
 from blockstat.result import Result, Sentence
 from blockstat.spec import Scene, build, parameters, scene_from, with_values
 from blockstat.system.lock import locked
 from blockstat.system.rows import append_rows, kept_rows, read_rows
 from blockstat.system.workers import as_they_come
+from blockstat.system.writing import check_file
 
 Values = Mapping[str, float]
 #: Evaluates a design: plain values, of which a line of the file is made.
@@ -88,7 +89,7 @@ class SweepResult(Result):
         }
 
     def rows(self) -> list[dict[str, Any]]:
-        """Read all rows in the order of the designs.
+        """Read the rows of the designs that were asked for, in their order.
 
         Returns
         -------
@@ -100,7 +101,7 @@ class SweepResult(Result):
         InputError
             For a damaged line.
         """
-        return sorted(read_rows(self.path, dict)[1], key=lambda row: row["design"])
+        return sorted(_rows_of(self.path, self.designs), key=lambda row: row["design"])
 
 
 def grid(scene: Scene, names: Sequence[str] | None = None) -> Iterator[dict[str, float]]:
@@ -160,7 +161,7 @@ def latin_hypercube(
     Raises
     ------
     InputError
-        For an unknown parameter, or a scene without any.
+        For an unknown parameter, a scene without any, a number of designs below 1, or a seed that is no whole number.
 
     References
     ----------
@@ -178,8 +179,8 @@ def latin_hypercube(
     """
     from scipy.stats import qmc
 
-    if number < 1:
-        raise InputError(f"a Latin hypercube of {number!r} designs; it must be at least 1")
+    check_count("latin_hypercube: number", number)
+    check_seed(seed)
     ranges = _ranges(scene, names)
     samples = qmc.LatinHypercube(d=len(ranges), rng=seed).random(number)
     designs = []
@@ -264,7 +265,8 @@ def sweep(
     Raises
     ------
     InputError
-        For a file of another sweep, or of other designs, and for a measure without a name.
+        For a file of another sweep, or of other designs, one that cannot be written, a measure without a name, a
+        design with an unknown parameter, and for `jobs` or `batch` below 1.
 
     Notes
     -----
@@ -281,6 +283,10 @@ def sweep(
     ['stable', 'stable']
     """
     path = Path(path)
+    check_count("batch", batch)
+    if jobs is not None:
+        check_count("jobs", jobs)
+    check_file(path)
     with locked(path.parent, name=f".{path.name}-lock"):
         return _swept(scene, designs, path, measure, jobs, batch, progress)
 
@@ -296,7 +302,8 @@ def _swept(
 ) -> SweepResult:
     """Append the rows that are missing to the file."""
     head = {"scene": scene.name, "digest": digest(scene, _name_of(measure))}
-    done = _opened(path, head, list(parameters(scene)))
+    names = parameters(scene)
+    done = _opened(path, head, list(names))
     data = msgspec.to_builtins(scene)
     counted = 0
 
@@ -304,6 +311,9 @@ def _swept(
         nonlocal counted
         for number, values in enumerate(designs):
             counted = number + 1
+            for name in values:
+                if name not in names:
+                    raise no_such("parameter", name, names)
             if number not in done:
                 yield number, dict(values)
             elif done[number] != _mark(values):
@@ -318,8 +328,13 @@ def _swept(
             computed += len(rows)
             if progress is not None:
                 progress(len(done) + computed)
-    rows = read_rows(path, dict)[1]
+    rows = _rows_of(path, counted)
     return SweepResult(path, counted, computed, sum(row.get("static") == ERROR for row in rows), failures(rows))
+
+
+def _rows_of(path: Path, designs: int) -> list[dict[str, Any]]:
+    """Rows of the first designs; a file may have more, of an earlier call with more of them."""
+    return [row for row in read_rows(path, dict)[1] if row["design"] < designs]
 
 
 def _evaluated(task: tuple[dict[str, Any], list[tuple[int, dict[str, float]]], Measure]) -> list[dict[str, Any]]:

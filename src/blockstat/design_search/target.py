@@ -192,8 +192,7 @@ def lightest_assured(evaluator: Evaluator, target: FailureTarget) -> tuple[Value
         push = float(uncertain["push"].value(place[list(uncertain).index("push")])) if "push" in uncertain else 1.0
         own = {"uncertain": uncertain, "place": tuple(place.tolist())}
         margin = AtPoint(direction, max(push, 0.0), gap=target.gap, **own)
-        # What is measured depends on the place, so each round has rows of its own.
-        best = lightest(replace(evaluator, history=None, rows={}, known={}, standing={}), margin)
+        best = _lightest_at(evaluator, margin)
         if best is None:
             return None, None
         assembly = evaluator.make(best)
@@ -217,6 +216,21 @@ def lightest_assured(evaluator: Evaluator, target: FailureTarget) -> tuple[Value
             return best, Assured(first, found)
         beta += float(np.clip(target.beta + ndtri(found.interval[1]), LEAST, MOST))
     return None, None
+
+
+def _lightest_at(evaluator: Evaluator, margin: AtPoint) -> Values | None:
+    """The lightest design that carries one value of the random variables; what was simulated is entered.
+
+    What is measured depends on the value, so each round has rows of its own. What the dynamic verifier says does not.
+    """
+    own = replace(evaluator, history=None, rows={})
+    own.known = evaluator.known | evaluator.rows
+    try:
+        return lightest(own, margin)
+    finally:
+        for key, row in own.rows.items():
+            if row.simulated and key not in evaluator.rows:
+                evaluator.enter(key, replace(row, reserve=None, slopes=()), new=key not in evaluator.known)
 
 
 def _worst(population: Population, direction: tuple[float, float, float], beta: float) -> tuple[Floats, float]:

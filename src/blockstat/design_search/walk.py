@@ -9,7 +9,10 @@ so both walks end at the same one in spaces of any kind, monotone or not.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+import numpy as np
 
 from blockstat.design_search.evaluator import Evaluator
 from blockstat.design_search.space import Values
@@ -17,7 +20,10 @@ from blockstat.errors import InputError
 
 #: Lines with more values than this are first bisected.
 LONG = 16
+#: Volumes that differ by less than this share are one: sums of the same blocks that were rounded otherwise.
+SAME = 1e-9
 
+T = TypeVar("T")
 Walk = Callable[[Evaluator], Values | None]
 
 
@@ -82,6 +88,33 @@ def _bisect(evaluator: Evaluator, line: list[Values]) -> None:
             high = middle
 
 
+def by_volume(designs: Sequence[T], volumes: Sequence[float]) -> list[T]:
+    """Order designs from the lightest on; of equals the first stays first.
+
+    Parameters
+    ----------
+    designs : sequence
+        The designs, of any kind.
+    volumes : sequence of float
+        Of each [m3]; they are equal where they differ by no more than rounding.
+
+    Returns
+    -------
+    list
+        The same designs.
+
+    Examples
+    --------
+    >>> by_volume(["heavy", "first", "second"], [0.4, 0.1 + 0.2, 0.3])
+    ['first', 'second', 'heavy']
+    """
+    volume = np.asarray(volumes, dtype=float)
+    order = np.argsort(volume, kind="stable")
+    level = np.empty(len(volume), dtype=int)
+    level[order] = np.cumsum(np.diff(volume[order], prepend=0.0) > SAME * volume[order])
+    return [designs[k] for k in np.argsort(level, kind="stable")]
+
+
 def paper_grid(evaluator: Evaluator) -> Values | None:
     """Simulate every combination; the lightest that stands is kept, of equals the first.
 
@@ -96,8 +129,11 @@ def paper_grid(evaluator: Evaluator) -> Values | None:
         Parameter values of the answer; None where no design stands.
     """
     found = [evaluator.ask(values, always=True) for values in evaluator.space.grid()]
-    standing = [candidate for candidate in found if candidate.stands and candidate.volume is not None]
-    return min(standing, key=lambda candidate: candidate.volume or 0.0).parameters if standing else None
+    weighed = [
+        (candidate, candidate.volume) for candidate in found if candidate.stands and candidate.volume is not None
+    ]
+    standing = by_volume([c for c, _ in weighed], [volume for _, volume in weighed])
+    return standing[0].parameters if standing else None
 
 
 def pruned_grid(evaluator: Evaluator) -> Values | None:
@@ -113,15 +149,15 @@ def pruned_grid(evaluator: Evaluator) -> Values | None:
     dict of str to float, or None
         Parameter values of the answer; None where no design stands.
     """
-    weighed = []
+    built, volumes = list[Values](), list[float]()
     for values in evaluator.space.grid():
         evaluator.check_cancelled()
         try:
-            weighed.append((evaluator.weigh(values), values))
+            volumes.append(evaluator.weigh(values))
         except InputError:
             continue  # it cannot stand
-    # Sorting keeps the order of equals.
-    return evaluator.first_that_stands([values for _, values in sorted(weighed, key=lambda pair: pair[0])])
+        built.append(values)
+    return evaluator.first_that_stands(by_volume(built, volumes))
 
 
 WALKS: dict[tuple[str, str], Walk] = {

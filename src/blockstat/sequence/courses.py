@@ -24,7 +24,7 @@ import numpy as np
 
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, check_seconds, known_options
+from blockstat.errors import check_seconds, check_vector, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.result import Result, Sentence
 from blockstat.sequence.plan import Plan, Step
@@ -226,9 +226,7 @@ def courses_of(assembly: Assembly, along: Along = None) -> list[Ints]:
     directions[None] = upwards if along is None or isinstance(along, Mapping) else along
     left, found = ~assembly.support, list[Ints]()
     for group, direction in directions.items():
-        axis = np.array(direction, dtype=float)
-        if axis.shape != (3,) or not np.linalg.norm(axis) > 0:
-            raise InputError(f"along is {direction!r}; it must be a direction, such as (0, 0, 1)")
+        axis = check_vector("along", direction)
         own = left.copy()
         if group is not None:
             own &= np.isin(np.arange(assembly.n_blocks), assembly.in_group(group))

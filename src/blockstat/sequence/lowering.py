@@ -123,8 +123,8 @@ def decentring(
     Raises
     ------
     InputError
-        For a prop under a block that is not present or held, a lowering that is not positive, or props that cannot hold
-        the state.
+        For a prop under a block that is not present or held, a lowering that is not a finite length above 0, or props
+        that cannot hold the state.
 
     Examples
     --------
@@ -137,8 +137,8 @@ def decentring(
     >>> found.displacement[1, 2].round(6).item()
     -0.01
     """
-    if not lowering > 0:
-        raise InputError(f"lowering is {lowering!r}; it must be a positive length in metres")
+    if not isinstance(lowering, (int, float)) or not 0 < lowering < np.inf:
+        raise InputError(f"lowering is {lowering!r}; it must be a finite length above 0, in metres")
     options: dict[str, Any] = {"friction": friction, "gap": gap, "interfaces": interfaces}
     problem, found, twist = held_by_props(assembly, state, props, least="total", **options)
     if found.outcome is FalseworkOutcome.NOT_HELD:

@@ -27,7 +27,7 @@ import numpy as np
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, check_choice, check_seconds, known_options
+from blockstat.errors import InputError, check_choice, check_count, check_seconds, known_options
 from blockstat.result import Result, finite
 from blockstat.sequence.plan import Plan, least_friction
 from blockstat.sequence.search import Constraints, Journal, OrderOutcome, Search
@@ -180,8 +180,7 @@ def find_order(
     ('found', ('top',))
     """
     check_choice("flow", flow, FLOWS)
-    if held_at_most < 1:
-        raise InputError(f"held_at_most is {held_at_most}; a new block arrives in a hand, so at least 1 is needed")
+    check_count("held_at_most", held_at_most)
     check_seconds(seconds)
     whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
     kept = None if journal is None else Journal(journal, whole, flow)

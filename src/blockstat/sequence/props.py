@@ -24,7 +24,7 @@ from blockstat.analysis.rims import overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import FORCE_LIMIT, force_errors, power
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.errors import InputError, check_choice, known_options
+from blockstat.errors import InputError, check_choice, check_vector, known_options
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.result import Result, Sentence
 from blockstat.sequence.states import State, Whole
@@ -44,11 +44,21 @@ BALANCED = 1e-6
 
 @dataclass(frozen=True)
 class Prop:
-    """A strut that pushes on a block along a line."""
+    """A strut that pushes on a block along a line.
+
+    Raises
+    ------
+    InputError
+        For a point or a direction that is not three finite numbers, and for a direction of no length.
+    """
 
     block: str
     point: tuple[float, float, float]  #: where it pushes [m]
     direction: tuple[float, float, float]  #: along which it pushes on the block; a unit vector
+
+    def __post_init__(self) -> None:
+        check_vector(f'prop under "{self.block}": point', self.point, zero=True)
+        check_vector(f'prop under "{self.block}": direction', self.direction)
 
 
 class FalseworkOutcome(Sentence):

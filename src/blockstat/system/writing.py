@@ -12,6 +12,24 @@ from secrets import token_hex
 from blockstat.errors import InputError
 
 
+def check_file(path: Path) -> None:
+    """Refuse a file that cannot be written; better asked before long work than after.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        For a directory, and as `check_directory` does.
+    """
+    if path.is_dir():
+        raise InputError(f"{path}: is a directory; a file is needed")
+    check_directory(path)
+
+
 @contextmanager
 def written_whole(path: str | Path) -> Iterator[Path]:
     """Give a place to write to, which takes the place of a file when the body of a `with` statement ends well.

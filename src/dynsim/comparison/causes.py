@@ -69,9 +69,27 @@ def agrees(static: Verdict, dynamic: DynamicVerdict) -> bool | None:
     bool or None
         None when one of them says neither.
     """
-    if static.outcome is Outcome.UNDECIDED or dynamic.outcome is DynamicOutcome.CREEPS:
+    return outcomes_agree(static.outcome, dynamic.outcome)
+
+
+def outcomes_agree(static: Outcome, dynamic: DynamicOutcome) -> bool | None:
+    """Return whether the outcome of statics says what Bullet's says.
+
+    Parameters
+    ----------
+    static : Outcome
+        Of either flow.
+    dynamic : DynamicOutcome
+        Of the same assembly.
+
+    Returns
+    -------
+    bool or None
+        None when one of them says neither.
+    """
+    if static is Outcome.UNDECIDED or dynamic is DynamicOutcome.CREEPS:
         return None
-    return (static.outcome is Outcome.STABLE) == (dynamic.outcome is DynamicOutcome.STANDS)
+    return (static is Outcome.STABLE) == (dynamic is DynamicOutcome.STANDS)
 
 
 def likely_reason(static: Verdict, dynamic: DynamicVerdict) -> str:

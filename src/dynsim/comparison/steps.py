@@ -10,6 +10,7 @@ from blockstat.contact.interfaces import GAP
 from blockstat.result import Result
 from blockstat.sequence.plan import assess_plan
 from blockstat.sequence.states import Whole
+from dynsim.comparison.causes import outcomes_agree
 from dynsim.judge.replay import DynamicSequence
 from dynsim.judge.verdict import DynamicOutcome
 
@@ -32,9 +33,17 @@ class StepComparison(Result):
 
     @property
     def differ(self) -> list[int]:
-        """Steps that statics call stable and Bullet sees fall or creep, or the other way round."""
+        """Steps that statics call stable and Bullet sees fall, or the other way round."""
+        return self._where(False)
+
+    @property
+    def undecided(self) -> list[int]:
+        """Steps of which statics or Bullet say neither: statics do not decide, or the blocks creep."""
+        return self._where(None)
+
+    def _where(self, answer: bool | None) -> list[int]:
         pairs = zip(self.static, self.dynamic, strict=True)
-        return [k for k, (s, d) in enumerate(pairs) if (s is Outcome.STABLE) != (d is DynamicOutcome.STANDS)]
+        return [k for k, pair in enumerate(pairs) if outcomes_agree(*pair) is answer]
 
     @property
     def unexplained(self) -> list[int]:
@@ -60,11 +69,12 @@ class StepComparison(Result):
         Returns
         -------
         dict
-            The verdict on each step, and the numbers of those that differ.
+            The verdict on each step, and the numbers of those that differ and of those undecided.
         """
         return {
             "verdicts": [outcome.word for outcome in self.static],
             "differ": self.differ,
+            "undecided": self.undecided,
             "coulomb": {str(k): outcome.word for k, outcome in enumerate(self.coulomb) if outcome is not None},
             "tightness": {str(k): share for k, share in enumerate(self.tightness) if share is not None},
             "unexplained": self.unexplained,
@@ -78,8 +88,11 @@ class StepComparison(Result):
         str
             One fact a line.
         """
-        lines = [f"Statics and Bullet agree on {len(self.static) - len(self.differ)} of {len(self.static)} steps."]
-        for k in self.differ:
+        steps, undecided = len(self.static), self.undecided
+        lines = [f"Statics and Bullet agree on {len(self._where(True))} of {steps} steps."]
+        if undecided:
+            lines.append(f"On {len(undecided)} of {steps} steps one of them says neither.")
+        for k in sorted((*self.differ, *undecided)):
             coulomb = self.coulomb[k]
             word = "" if coulomb is None else f', with flow="coulomb" {coulomb.word}'
             share = self.tightness[k]
@@ -112,7 +125,7 @@ def compare_steps(assembly: Assembly, found: DynamicSequence, *, gap: float | st
     coulomb: list[Outcome | None] = [None] * len(states)
     tightness: list[float | None] = [None] * len(states)
     for k, state in enumerate(states):
-        if (static[k] is Outcome.STABLE) == _stands(dynamic[k]):
+        if outcomes_agree(static[k], dynamic[k]):
             continue
         if any(found.plan.standing_props()[k]):
             continue  # Coulomb states of blocks on props are not known

@@ -99,7 +99,7 @@ def buttress_loop(
     ----------
     building : Building
         Its `buttresses` say which walls may have some, their width and height, and their thickness: a number, or a
-        range to go through from its smallest value up.
+        range to go through from its smallest value up. Whether they are present is for the loop to say.
     verify : callable
         Gives the dynamic verdict on an assembly. Its cracks count; a fall without any counts as one of the walls from
         which the vault springs.
@@ -156,7 +156,7 @@ def _strengthened(
 def _with(building: Building, number: dict[str, int], thickness: dict[str, float]) -> Building:
     """Return the building with so many buttresses, so thick, at the walls named, and none at the others."""
     buttresses = {
-        wall: msgspec.structs.replace(spec, number=number[wall], thickness=thickness[wall])
+        wall: msgspec.structs.replace(spec, number=number[wall], thickness=thickness[wall], present=True)
         for wall, spec in building.buttresses.items()
         if number.get(wall)
     }

@@ -129,7 +129,8 @@ def fit_fragility(lower: ArrayLike, upper: ArrayLike, *, confidence: float = 0.9
     Parameters
     ----------
     lower : array of float, shape (n_records,)
-        Largest intensity at which each record felled nothing; 0 where none is known.
+        Largest intensity at which each record felled nothing; 0 where none is known. A record that never felled a block
+        either says nothing and changes nothing.
     upper : array of float, shape (n_records,)
         Smallest intensity at which it felled a block; inf for a record that never did.
     confidence : float, optional
@@ -143,9 +144,9 @@ def fit_fragility(lower: ArrayLike, upper: ArrayLike, *, confidence: float = 0.9
     Raises
     ------
     InputError
-        For fewer than three records, fewer than two that fell, bounds that are not ascending, or bounds that all
-        records share, be it in one intensity: then the likelihood grows as the dispersion shrinks to 0. Also for an
-        option that does not exist.
+        For fewer than three records that say something, fewer than two that fell, bounds that are not ascending, or
+        bounds that all records share, be it in one intensity: then the likelihood grows as the dispersion shrinks to 0.
+        Also for an option that does not exist.
 
     Notes
     -----
@@ -178,6 +179,8 @@ def fit_fragility(lower: ArrayLike, upper: ArrayLike, *, confidence: float = 0.9
     low, high, fell = _checked(lower, upper, confidence)
     bounds = np.log(np.where(low > 0, low, 1.0)), np.log(np.where(fell, high, 1.0))
     bounds = np.where(low > 0, bounds[0], -np.inf), np.where(fell, bounds[1], np.inf)
+    known = fell | (low > 0)  # of any other record the likelihood is 1, whatever the parameters
+    bounds = bounds[0][known], bounds[1][known]
     centre, spread = _maximum(*bounds)
     # About the maximum, in its own units: there 1 / beta is 1 and ln(theta) / beta is 0.
     own = (bounds[0] - centre) / spread, (bounds[1] - centre) / spread
@@ -202,8 +205,12 @@ def _checked(lower: ArrayLike, upper: ArrayLike, confidence: float) -> tuple[Flo
         raise InputError(f"fragility: confidence is {confidence!r}; it must be between 0 and 1")
     if low.ndim != 1 or low.shape != high.shape or not (np.isfinite(low).all() and (low >= 0).all()):
         raise InputError("fragility: lower and upper are one number a record each, and lower is 0 or more")
-    if len(low) < FEWEST:
-        raise InputError(f"fragility: {len(low)} record{'s' * (len(low) != 1)}; at least three are needed")
+    known = int(((low > 0) | np.isfinite(high)).sum())
+    if known < FEWEST:
+        counted = f"{known} record{'s' * (known != 1)}"
+        if known < len(low):
+            counted += f" with a bound, of {len(low)}"
+        raise InputError(f"fragility: {counted}; at least three are needed")
     if not (low < high).all():
         k = int(np.argmin(low < high))
         raise InputError(f"fragility: record {k} stands at {low[k]:g} and falls at {high[k]:g}; it must fall above")

@@ -16,7 +16,8 @@ MOST_STEPS = 200
 class Hunt:
     """Hunt and bracket after Vamvatsikos and Cornell (2002), a function of the runs that are there.
 
-    The next intensity depends on nothing else, so a hunt that was interrupted goes on as if it had not been.
+    The next intensity depends on nothing else, so a hunt that was interrupted goes on as if it had not been. One by
+    shorter steps than before first takes those below the lowest fall.
 
     Examples
     --------
@@ -74,8 +75,12 @@ class Hunt:
             None when the hunt is over.
         """
         low, high = bracket(fell)
+        unasked = [step for step in self.steps if step not in fell]
+        # Runs of a hunt by longer steps may have passed over a fall.
+        if unasked and unasked[0] <= high:
+            return unasked[0]
         if math.isinf(high):
-            return next((step for step in self.steps if step not in fell), None)
+            return None
         if high - low > self.resolution * max(high, self.start):
             return (low + high) / 2
         above = [step for step in self.steps if step > high][: self.beyond]
