@@ -74,7 +74,10 @@ def plot_removal(assembly: Assembly, found: dict[str, Verdict], place: Place, **
     """
     lost = 100 * weight_lost(assembly, found)
     unknown = " (grey: not known)" if np.isnan(lost[assembly.free]).any() else ""
-    drawn = {"title": "taking out single blocks", "label": f"weight that falls with a block [%]{unknown}"}
+    drawn: dict[str, Any] = {
+        "title": "taking out single blocks",
+        "label": f"weight that falls with a block [%]{unknown}",
+    }
     if not np.nan_to_num(lost).any():
         drawn["top"] = 100.0
     return plot(assembly, place, values=lost, **drawn | options)
