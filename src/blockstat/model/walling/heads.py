@@ -165,9 +165,27 @@ def _head(
     return Head(gaps, [stone + (centre, levels[top]) for stone in stones], kind)
 
 
+def bearing_of(opening: Opening, brick: float) -> float:
+    """Length of the wall that a lintel bears on at each side.
+
+    Parameters
+    ----------
+    opening : Opening
+        The one that it spans.
+    brick : float
+        Length of a brick [m].
+
+    Returns
+    -------
+    float
+        As asked, or half a brick [m].
+    """
+    return brick / 2 if opening.bearing is None else opening.bearing
+
+
 def _lintel(opening: Opening, beds: Floats, brick: float, nominal: float) -> tuple[Floats | None, list[Floats] | None]:
     """Right side of a lintel and its outline, over the middle of the soffit."""
-    bearing = brick / 2 if opening.bearing is None else opening.bearing
+    bearing = bearing_of(opening, brick)
     depth = nominal if opening.depth is None else opening.depth
     positive(bearing=bearing, depth=depth)
     if len(beds) < 2:
