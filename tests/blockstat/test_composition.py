@@ -20,6 +20,8 @@ GATE = {
     },
 }  # fmt: skip
 
+POST = {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 2}
+
 
 def changed(**elements):
     return GATE | {"elements": GATE["elements"] | elements}
@@ -271,6 +273,15 @@ def test_what_is_refused_names_its_path_and_what_is_allowed():
     # The ends of a range must do as well as its value.
     wild = GATE | {"parameters": GATE["parameters"] | {"t": {"value": 0.5, "min": -0.5, "max": 0.5, "step": 0.5}}}
     assert refused(wild, errors=2).startswith("elements.")
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "key"),
+    [("ground", {}, "elements.ground"), ("a", {"prefix": "ground.a"}, "elements.a.prefix")],
+)
+def test_no_element_takes_the_name_of_the_slab(name, change, key):
+    message = refused({"name": "t", "elements": {name: POST | change}})
+    assert message == f'{key}: "ground" is the name of the slab; an element needs another'
 
 
 TOML = """

@@ -305,4 +305,9 @@ def _element(table: dict[str, Any], path: str, names: _Names) -> Element:
         plain = _plain(keys, path, names)
     except InputError as error:  # unknown keys are told all the same
         raise InputError(*error.args, *unknown_keys(KINDS[kind], keys, path)) from None
-    return read_as(KINDS[kind], plain, path)
+    element = read_as(KINDS[kind], plain, path)
+    prefix = path.removeprefix("elements.") if element.prefix is None else element.prefix
+    if prefix.split(".")[0] == GROUND:
+        key = path if element.prefix is None else f"{path}.prefix"
+        raise InputError(f'{key}: "{GROUND}" is the name of the slab; an element needs another')
+    return element
