@@ -57,9 +57,12 @@ def heads(strip: Strip, brick: float, nominal: float) -> list[Head]:
         if opening.segment != strip.segment or not opening.present:
             continue
         label = f'wall "{strip.run.name}": openings[{k}]'
-        beds = _beds(opening, strip, nominal, label)
-        for centre in centres(opening, strip, label):
-            found.append(_head(opening, strip, beds, centre, brick, nominal, label))
+        bottom, top = _beds(opening, strip, nominal, label)
+        chain, stones = _spanning(opening, strip, top, brick, nominal, label)
+        found += [
+            _head(opening, strip, (bottom, top), centre, chain, stones, label)
+            for centre in centres(opening, strip, label)
+        ]
     return found
 
 
@@ -136,26 +139,46 @@ def _beds(opening: Opening, strip: Strip, nominal: float, label: str) -> tuple[i
     return bottom, top
 
 
+def _spanning(
+    opening: Opening, strip: Strip, top: int, brick: float, nominal: float, label: str
+) -> tuple[Floats, list[Floats]]:
+    """Right side of what spans an opening and its stones, over the middle of its soffit on the bed `top`."""
+    levels = np.array(strip.levels[top : strip.ridge + 1])
+    beds = levels - levels[0]
+    if opening.head == "lintel":
+        chain, stones = _lintel(opening, beds, brick, nominal)
+    else:
+        chain, stones = _arch(opening, beds, nominal, label)
+    if chain is None or stones is None:
+        deep = "" if opening.depth is None else f" of {opening.depth:g} m depth"
+        raise InputError(
+            f"{label}: sill and height reach {levels[0]:.3g} m; a {opening.head} head{deep} over it reaches above the "
+            f"wall of {levels[-1]:.3g} m"
+        )
+    if opening.head == "lintel" and opening.depth is not None:
+        asked, built = (levels[0], levels[0] + opening.depth), (levels[0], levels[0] + chain[-1, 1])
+        tell_moved(f"{label}: depth", asked, built, "the top of a lintel goes to the nearest bed")
+    return chain, stones
+
+
 def _head(
-    opening: Opening, strip: Strip, ends: tuple[int, int], centre: float, brick: float, nominal: float, label: str
+    opening: Opening,
+    strip: Strip,
+    ends: tuple[int, int],
+    centre: float,
+    chain: Floats,
+    stones: list[Floats],
+    label: str,
 ) -> Head:
-    levels, (bottom, top) = np.array(strip.levels[: strip.ridge + 1]), ends
+    """An opening about its centre, in each course a gap as wide as the jambs or the head."""
+    levels, (bottom, top) = strip.levels[: strip.ridge + 1], ends
     half = opening.width / 2
     jambs = Gap(upright(centre - half), upright(centre + half), label)
     gaps = dict.fromkeys(range(bottom, top), jambs)
-    if opening.head == "lintel":
-        chain, stones = _lintel(opening, levels[top:] - levels[top], brick, nominal)
-    else:
-        chain, stones = _arch(opening, levels[top:] - levels[top], nominal, label)
-    if chain is None or stones is None:
-        reach = f"sill and height reach {levels[top]:.3g} m"
-        raise InputError(
-            f"{label}: {reach}; a {opening.head} head over it reaches above the wall of {levels[-1]:.3g} m"
-        )
     x, z = chain.T
     for course in range(top, len(levels) - 1):
         low, high = (levels[k] - levels[top] for k in (course, course + 1))
-        if low > z[-1] - 1e-9 * nominal:
+        if low > z[-1] - 1e-9 * (high - low):
             break
         a, b = np.interp([low, high], z, x)
         slope = (b - a) / (high - low)
@@ -188,7 +211,7 @@ def _lintel(opening: Opening, beds: Floats, brick: float, nominal: float) -> tup
     bearing = bearing_of(opening, brick)
     depth = nominal if opening.depth is None else opening.depth
     positive(bearing=bearing, depth=depth)
-    if len(beds) < 2:
+    if len(beds) < 2 or (opening.depth is not None and depth > beds[-1] + nominal / 2):
         return None, None
     high = beds[max(nearest(beds, depth), 1)]
     x = opening.width / 2 + bearing
