@@ -20,7 +20,7 @@ GATE = {
     },
 }  # fmt: skip
 
-POST = {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 2}
+PIER = {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 2}
 
 
 def changed(**elements):
@@ -275,12 +275,20 @@ def test_what_is_refused_names_its_path_and_what_is_allowed():
     assert refused(wild, errors=2).startswith("elements.")
 
 
+def test_a_count_may_be_computed_but_for_rounding():
+    data = {"name": "t", "parameters": {"w": 0.3}, "elements": {"a": PIER | {"courses": "= w / 0.1"}}}
+    assert 0.3 / 0.1 != 3
+    assert build(scene_from(data)).n_blocks == 1 + 3
+    data["parameters"]["w"] = 0.31
+    assert "elements.a.courses" in refused(data)
+
+
 @pytest.mark.parametrize(
     ("name", "change", "key"),
     [("ground", {}, "elements.ground"), ("a", {"prefix": "ground.a"}, "elements.a.prefix")],
 )
 def test_no_element_takes_the_name_of_the_slab(name, change, key):
-    message = refused({"name": "t", "elements": {name: POST | change}})
+    message = refused({"name": "t", "elements": {name: PIER | change}})
     assert message == f'{key}: "ground" is the name of the slab; an element needs another'
 
 

@@ -294,10 +294,31 @@ def test_runs_that_cannot_be_joined_are_named(paths, match):
         walls([Run(name=f"r{k}", path=p, thickness=0.4, height=1) for k, p in enumerate(paths)])
 
 
+@pytest.mark.parametrize(
+    ("path", "closed", "point"),
+    [
+        ([(0, 0), (2, 0), (4, 0)], False, r"\[2.0, 0.0\]"),
+        ([(0, 0), (3, 4.5), (4, 6), (0, 6)], False, r"\[3.0, 4.5\]"),
+        ([(2, 0), (4, 0), (4, 3), (0, 3), (0, 0)], True, r"\[2.0, 0.0\]"),
+    ],
+)
+def test_a_path_has_no_point_at_which_it_goes_straight_on(path, closed, point):
+    with pytest.raises(InputError, match=f'wall "a": path goes straight on at {point}; leave out the point'):
+        wall(path, closed=closed)
+
+
 def test_heights_too_near_each_other_are_named():
     runs = [Run(name=f"r{k}", path=[(0, 5 * k), (3, 5 * k)], thickness=0.4, height=1 + k / 100) for k in range(2)]
     with pytest.raises(InputError, match=r"heights 1 and 1\.01 m are nearer"):
         walls(runs)
+
+
+@pytest.mark.parametrize("pair", [(0.8 * 3, 2.4), (1.1 + 2.2, 3.3)])
+def test_heights_equal_but_for_rounding_share_a_bed(pair):
+    assert pair[0] != pair[1]
+    runs = [Run(name=f"r{k}", path=[(0, 5 * k), (3, 5 * k)], thickness=0.4, height=h) for k, h in enumerate(pair)]
+    tops = [max(block.vertices[:, 2].max() for block in walls(runs) if block.group == f"wall.r{k}") for k in range(2)]
+    assert tops[0] == tops[1] == pytest.approx(pair[1], rel=1e-12)
 
 
 def test_names_of_runs_are_unique():

@@ -283,6 +283,16 @@ def _whole(value: float) -> float | int:
     return int(value) if float(value).is_integer() else value
 
 
+def _rounded(node: Any) -> Any:
+    """Plain data with whole numbers in place of those that arithmetic left beside them, as 0.3 / 0.1 is."""
+    if isinstance(node, dict):
+        return {key: _rounded(child) for key, child in node.items()}
+    if isinstance(node, list):
+        return [_rounded(child) for child in node]
+    near = round(node) if isinstance(node, float) else node
+    return near if isinstance(node, float) and abs(node - near) <= 1e-12 * abs(node) else node
+
+
 def _plain(node: Any, path: str, names: _Names) -> Any:
     """A part of the scene with its numbers in place of ranges and expressions."""
     if is_expression(node):
@@ -305,7 +315,10 @@ def _element(table: dict[str, Any], path: str, names: _Names) -> Element:
         plain = _plain(keys, path, names)
     except InputError as error:  # unknown keys are told all the same
         raise InputError(*error.args, *unknown_keys(KINDS[kind], keys, path)) from None
-    element = read_as(KINDS[kind], plain, path)
+    try:
+        element = read_as(KINDS[kind], plain, path)
+    except InputError:
+        element = read_as(KINDS[kind], _rounded(plain), path)
     prefix = path.removeprefix("elements.") if element.prefix is None else element.prefix
     if prefix.split(".")[0] == GROUND:
         key = path if element.prefix is None else f"{path}.prefix"
