@@ -14,6 +14,7 @@ from blockstat.errors import InputError, gathered, known_options
 from blockstat.io.files import blaming, read_parts
 from blockstat.spec.compose import build
 from blockstat.spec.composition import load_tables
+from blockstat.spec.reading import check_finite
 from blockstat.spec.scene import Scene, scene_from
 from blockstat.system.reading import check_depth, text_of
 
@@ -109,6 +110,7 @@ def load_file(path: str | Path) -> dict[str, dict[str, Any]]:
     path = Path(path)
     data = _tables(path)
     try:
+        check_finite(data)
         tables = [data[key] if isinstance(data.get(key), dict) else {} for key in LOADS]
         _, found = gathered((partial(_check_loads, data), partial(load_tables, *tables)))
         return found
