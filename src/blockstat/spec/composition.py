@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from functools import partial
+from keyword import iskeyword
 from typing import Any
 
 import msgspec
@@ -19,7 +20,7 @@ from blockstat.model.expression import RESERVED, evaluate, is_expression
 from blockstat.spec.element import Element
 from blockstat.spec.elements import KINDS
 from blockstat.spec.material import Joint, Material, TieTable, uncertain_of
-from blockstat.spec.ranges import Range, is_range
+from blockstat.spec.ranges import Range, is_presence, is_range, meant_as_range
 from blockstat.spec.reading import check_name, entries, joined, read_as
 from blockstat.system.faults import faults, unknown_keys
 
@@ -113,7 +114,7 @@ def _check_name(name: str, table: str) -> None:
 
 def _check_parameter(name: str, value: Any) -> None:
     _check_name(name, "parameters")
-    if name in RESERVED or not name.isidentifier():
+    if name in RESERVED or iskeyword(name) or not name.isidentifier():
         raise InputError(f'parameters.{name}: "{name}" is no name of a parameter; expressions could not say it')
     if not (isinstance(value, (bool, int, float)) or is_range(value) or is_expression(value)):
         if isinstance(value, dict):
@@ -297,12 +298,12 @@ def _plain(node: Any, path: str, names: _Names) -> Any:
     """A part of the scene with its numbers in place of ranges and expressions."""
     if is_expression(node):
         node = names.computed(node, path)
-    elif isinstance(node, dict) and {"value", "min", "max", "step"} & set(node):
+    elif meant_as_range(node):
         node = _whole(read_as(Range, node, path).value)
     elif isinstance(node, (dict, list, tuple)):
         plain = gathered(partial(_plain, child, joined(path, key), names) for key, child in entries(node))
         return dict(zip(node, plain, strict=True)) if isinstance(node, dict) else plain
-    return bool(node) if path.endswith(".present") and node in (0, 1) else node
+    return bool(node) if is_presence(path) and node in (0, 1) else node
 
 
 def _element(table: dict[str, Any], path: str, names: _Names) -> Element:
