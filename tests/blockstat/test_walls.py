@@ -209,6 +209,21 @@ def test_any_gable_is_sound(length, height, pitch, bond, brick, course, coping):
     assert bare - stones == pytest.approx(t * (length * height + length * rise / 2), rel=1e-9)
 
 
+def test_raked_stones_are_longer_than_the_joint_at_the_foot_leans():
+    # A slope of 2 in 1: an upright joint through stones 0.4 m deep leans 0.4 x 2 = 0.8 m along the slope.
+    run = {"gable": 4.0, "coping": Coping(height=0.4, length=0.75)}
+    with pytest.raises(InputError, match=r"coping.length is 0.75; .* must be at least 0.84 m long"):
+        wall(**run)
+    for length in (None, 0.85):
+        asm = grounded(wall(**run | {"coping": Coping(height=0.4, length=length)}))
+        sound(asm, convex=True)
+        # Two raked bands of 4 m of slope each have the height 0.4 x sqrt(5) over a plan of 2 m.
+        band = asm.volume[asm.in_group("wall.a.coping")].sum()
+        assert band == pytest.approx(4 * 0.4 * np.sqrt(5) * 0.6)
+    # With bricks of 0.3 m stones of two bricks would be too short.
+    sound(grounded(wall(brick=(0.3, 0.25), gable=4.0, coping=Coping(height=0.4))), convex=True)
+
+
 def test_joined_runs_share_their_beds():
     # Heights 1.1 and 2.0 of courses near 0.25: 4 of 0.275 and 4 of 0.225.
     blocks = walls(
