@@ -132,6 +132,7 @@ def test_positions_and_segments():
         ({"at": [1.0, 2.1]}, r"is left between .* and .* leave at least"),
         ({"head": "pointed", "rise": 0.7, "voussoirs": 7}, "voussoirs is 7"),
         ({"head": "flat", "skew": 80}, "skew is 80"),
+        ({"skew": 20.0}, "skew says nothing about a lintel head; it is for: flat"),
         ({"sill": -1}, "sill is -1"),
         # One course of a quarter of a metre is left over the soffit.
         ({"height": 1.75, "depth": 0.4}, "a lintel head of 0.4 m depth over it reaches above the wall of 2 m"),

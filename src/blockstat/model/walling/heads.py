@@ -23,6 +23,7 @@ from blockstat.typing import Floats
 FLATTEST = 1.0  #: slope of the top facets of an extrados: the feather edge of a brick over it has at least 45 degrees
 SKEWBACK = 0.5  #: sine of the least slope of a skewback (30 degrees); flatter springing joints are made level
 DRAWN = 5e-4  #: half of the millimetre to which drawings are rounded: what moves by less is not told [m]
+SKEW = 20.0  #: of a flat arch by default [degrees]
 KEY = 0.5  #: least half width of the flat top of an extrados, as a fraction of the depth of the arch
 
 
@@ -260,14 +261,15 @@ def _round(opening: Opening, depth: float, nominal: float) -> tuple[Floats, Floa
 
 def _flat(opening: Opening, depth: float, nominal: float) -> tuple[Floats, Floats]:
     """Joints of a flat arch, as `_round`; they point to one place below."""
-    if not 0 <= opening.skew <= 60:
-        raise InputError(f"skew is {opening.skew!r}; it must be an angle from 0 to 60 degrees")
+    skew = SKEW if opening.skew is None else opening.skew
+    if not 0 <= skew <= 60:
+        raise InputError(f"skew is {skew!r}; it must be an angle from 0 to 60 degrees")
     number = opening.voussoirs
     if number is None:
         number = 2 * (max(round(opening.width / nominal), 3) // 2) + 1
     at_least(2, voussoirs=number)
     x = opening.width / 2 * (2 * np.arange(number + 1) / number - 1)
-    across = np.column_stack([x * np.tan(np.deg2rad(opening.skew)) / (opening.width / 2), np.ones_like(x)])
+    across = np.column_stack([x * np.tan(np.deg2rad(skew)) / (opening.width / 2), np.ones_like(x)])
     return np.column_stack([x, np.zeros_like(x)]), across / np.linalg.norm(across, axis=1)[:, None]
 
 
