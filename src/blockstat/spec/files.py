@@ -25,6 +25,9 @@ else:
 
 #: Tables whose errors name the line.
 LOCATED = ("loads", "cases", "ties", "uncertain")
+WORD = r"""(?:[\w-]+|"[^"]*"|'[^']*')"""  #: of a key
+#: A table's name in brackets and no more; rows of a list have commas, or end with one.
+HEADING = re.compile(r"""\s*\[\[?\s*(WORD(?:\s*\.\s*WORD)*)\s*\]\]?\s*(?:#.*)?$""".replace("WORD", WORD))
 LOADS = ("loads", "cases")  #: tables of a file of loads
 BLOCKS = (".json", ".obj", ".glb", ".stl", ".ply")  #: suffixes of files that are no scenes
 
@@ -177,7 +180,7 @@ def _line_of(text: str, key: list[str]) -> int | None:
     """The line that says the longest part of a key; of a table its heading."""
     best, found, table = 0, None, list[str]()
     for number, line in enumerate(text.splitlines(), 1):
-        if heading := re.match(r"\s*\[([^\[\]]+)\]", line):
+        if heading := HEADING.match(line):
             table = own = _parts(heading[1])
         elif entry := re.match(r"\s*([\w.\"'-]+)\s*=", line):
             own = [*table, *_parts(entry[1])]
