@@ -96,6 +96,12 @@ def test_coping_stones_of_long_bricks_are_as_short_as_the_radius_needs(end):
         assert np.ptp(turn) < 60 * (1 + 1 / 3) + 1e-9  # a rest below a third of a brick is joined to its neighbour
 
 
+@pytest.mark.parametrize("batter", [(0.1, 0.0), (0.0, 0.1)])
+def test_a_battered_apse_of_one_leaf_runs_on_straight(batter):
+    options = {"radius": 1.0, "thickness": 0.45, "end": 180, "height": 1.25, "tails": (0.1, 0.3)}
+    assert len(overlaps(grounded(arc_wall("r", batter=batter, **options)), gap=1e-7)[0]) == 0
+
+
 def test_leaves_with_through_stones():
     asm = grounded(arc_wall("r", radius=2.0, thickness=0.6, height=1.5, leaves=3, through=Through()))
     faces = find_interfaces(asm)
@@ -120,6 +126,8 @@ def test_leaves_with_through_stones():
         ({"coping": Coping(length=2.2)}, "coping.length is 2.2; it must be up to 2.09 m, as the radius is 2 m"),
         ({"brick": (3.0, 0.25)}, "too long for a radius"),
         ({"gable": 1.0}, 'no option "gable"; options are: batter'),
+        ({"end": 90.0, "tails": (1.0, 0.0), "batter": (0.0, 0.1), "leaves": 2}, r"batter is \[0.0, 0.1\]; .* one leaf"),
+        ({"end": 90.0, "tails": (1.0, 0.0), "batter": (0.1, 0.0), "bond": "english"}, r"batter is \[0.1, 0.0\]"),
         ({"end": 90.0, "tails": (1.0,)}, r"tails is \(1\.0,\); it must be two lengths of at least 0"),
         ({"end": 90.0, "tails": (1.0, -0.1)}, r"tails is \(1\.0, -0\.1\); it must be two lengths of at least 0"),
         ({"end": 90.0, "tails": (0.0, np.inf)}, "it must be two lengths of at least 0"),

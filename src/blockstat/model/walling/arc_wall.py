@@ -119,6 +119,11 @@ def _strip(
         raise InputError(f"{label}: tails is {tails!r}; it must be two lengths of at least 0 [m]")
     if any(tails) and turn > 180:
         raise InputError(f"{label}: tails of an arc of more than 180 degrees run into each other")
+    if any(tails) and any(run.batter) and run.leaves_laid > 1:
+        raise InputError(
+            f"{label}: batter is {list(run.batter)!r}; a wall with tails has one only where it is of one leaf: leaves "
+            "that pass the ends of the arc would overlap"
+        )
     for k, opening in enumerate(run.openings):
         if not opening.present:
             continue
