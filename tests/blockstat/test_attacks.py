@@ -264,6 +264,11 @@ def test_what_a_name_says_does_not_reach_the_terminal(tmp_path, monkeypatch, cap
             "load = 3\n[cases.a]\nlive = 1\n",
             ["a.toml: load: unknown key", "a.toml, line 3: cases.a.live: it must give"],
         ),
+        (  # a row of a list is no heading
+            '[loads.w]\nkind = "patch"\ncorners = [\n  [0, 0, 1],\n  [1, 0, 1],\n  [1, 1, 1]\n]\npresure = 1\n',
+            ["a.toml, line 8: loads.w.presure: unknown key", "a.toml, line 1: loads.w: a patch load needs pressure"],
+        ),
+        ('[ loads . "w" ] # wind\nkind = "gale"\n', ["a.toml, line 2: loads.w.kind: no kind"]),
     ],
 )
 def test_a_file_of_loads_is_refused_with_a_sentence_for_each_error(text, starts, tmp_path, monkeypatch, capsys):

@@ -147,6 +147,11 @@ def test_bad_buttresses_are_named(change, match):
         ({"high": 9.0}, "that of an arc must be less than the span"),
         ({"voussoirs": 1}, "voussoirs is 1"),
         ({"pier_height": 1.0}, "pier_height is 1"),
+        ({"pier": None, "pier_height": 3.0}, "pier_height says nothing without a pier; give the size of one as pier"),
+        ({"pier": None, "courses": 4}, "courses says nothing without a pier"),
+        ({"pier": None, "pinnacle": 0.5}, "pinnacle says nothing without a pier"),
+        # A slope of 45 degrees: what is square to it reaches as far along as it is deep, and the soffit is 2 sqrt(2) m.
+        ({"form": "straight", "high": 3.0, "depth": 2.9}, "depth is 2.9; joints .* need less than 2.83 m"),
     ],
 )
 def test_bad_flyers_are_named(change, match):

@@ -5,6 +5,8 @@ import pytest
 
 from blockstat import InputError, assess, build, load_scene, parameters, scene_from, search, with_values
 from blockstat.spec import compose
+from blockstat.spec.composition import resolve
+from blockstat.spec.files import load_file
 from blockstat.spec.material import uncertain_of
 from elements import sound
 
@@ -19,6 +21,8 @@ GATE = {
         "ring": {"kind": "arch", "span": "= span", "thickness": "= t", "depth": 0.8, "voussoirs": 9, "at": [0, 0, 1.5]},
     },
 }  # fmt: skip
+
+PIER = {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 2}
 
 
 def changed(**elements):
@@ -271,6 +275,89 @@ def test_what_is_refused_names_its_path_and_what_is_allowed():
     # The ends of a range must do as well as its value.
     wild = GATE | {"parameters": GATE["parameters"] | {"t": {"value": 0.5, "min": -0.5, "max": 0.5, "step": 0.5}}}
     assert refused(wild, errors=2).startswith("elements.")
+
+
+def test_a_count_may_be_computed_but_for_rounding():
+    data = {"name": "t", "parameters": {"w": 0.3}, "elements": {"a": PIER | {"courses": "= w / 0.1"}}}
+    assert 0.3 / 0.1 != 3
+    assert build(scene_from(data)).n_blocks == 1 + 3
+    data["parameters"]["w"] = 0.31
+    assert "elements.a.courses" in refused(data)
+
+
+PUSH = {"kind": "acceleration", "direction": [1, 0, 0]}
+RUN = {"path": [[0, 0], [3, 0]], "thickness": 0.4, "height": 1.0}
+ASIDE = RUN | {"path": [[0, 3], [3, 3]]}
+DOME = {"kind": "freeform", "x": [-1, 1], "y": [-1, 1], "courses": 4, "voussoirs": 2, "thickness": 0.2}
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        {"loads": {"step": PUSH}, "cases": {"c": {"factors": {"step": 1}}}},
+        {"loads": {"a": PUSH}, "cases": {name: {"factors": {"a": 1}} for name in ("value", "min", "max", "step")}},
+        {"loads": {"present": PUSH}, "cases": {"c": {"factors": {"present": 1}}}},
+        {"ties": {"max": {"between": ["a.pier.0.0", "a.pier.1.0"], "points": [[0, 0, 0.1], [0, 0, 0.9]]}}},
+        {"elements": {"a": PIER, "w": {"kind": "walls", "at": [2, 2, 0], "runs": {"min": RUN, "max": ASIDE}}}},
+        {"elements": {"a": PIER, "v": DOME | {"height": "2 - step * y ** 2", "constants": {"step": 0.5}}}},
+    ],
+)
+def test_users_may_choose_the_names_of_keys_of_a_range(tables):
+    data = {"name": "t", "elements": {"a": PIER}} | tables
+    scene = scene_from(data)
+    assert parameters(scene) == {}
+    plan = resolve(scene)
+    assert plan.cases == data.get("cases", {})
+    assert build(scene).n_blocks >= 3
+
+
+def test_a_range_short_of_a_key_is_told_by_its_key():
+    for half in ({"value": 2}, {"value": 2, "min": 1, "max": 2}, {"min": 1, "max": 2}, {"max": 2, "step": 1}):
+        message = refused({"name": "t", "elements": {"a": PIER | {"height": half}}})
+        assert message.startswith("elements.a.height: Object missing required field")
+
+
+def test_only_the_steps_of_a_range_are_checked_with_its_ends():
+    # From 1 m up to 2 m in steps of 3 m there are two heights; 2 - 3 = -1 m is none of them.
+    scene = scene_from({"name": "t", "elements": {"a": PIER | {"height": {"value": 1, "min": 1, "max": 2, "step": 3}}}})
+    assert parameters(scene)["elements.a.height"].steps() == [2, 1]
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_whole_number_of_hundreds_of_digits_is_told_by_its_key(sign, tmp_path):
+    value = sign * 10**400
+    assert refused({"name": "t", "elements": {"a": PIER | {"at": [0, value, 0]}}}).startswith("elements.a.at.1: ")
+    assert refused({"name": "t", "parameters": {"n": value}, "elements": {"a": PIER}}).startswith("parameters.n: ")
+    path = tmp_path / "loads.toml"
+    path.write_text(f"[loads.a]\nkind = 'acceleration'\ndirection = [{value}, 0, 0]\n")
+    with pytest.raises(InputError, match=r"line 3: loads\.a\.direction\.0: "):
+        load_file(path)
+
+
+def test_expressions_of_any_depth_are_computed_or_refused_by_their_key():
+    terms = 60
+    chain = {f"p{k}": f"= p{k + 1} " + "+ 1 " * terms for k in range(48)} | {"p48": 1.0}
+    data = {"name": "t", "parameters": chain, "elements": {"a": PIER | {"height": "= p0"}}}
+    assert resolve(scene_from(data)).elements["a"].height == 48 * terms + 1
+    message = refused({"name": "t", "elements": {"a": PIER | {"height": "= " + "-" * 490 + "1"}}})
+    assert message.startswith('elements.a.height: "= ---')
+
+
+def test_names_that_an_expression_cannot_say_are_refused():
+    for name in ("in", "None", "lambda"):
+        message = refused({"name": "t", "parameters": {name: 1}, "elements": {"a": PIER}})
+        assert message == f'parameters.{name}: "{name}" is no name of a parameter; expressions could not say it'
+    vault = DOME | {"height": "2 - y ** 2 / pi", "constants": {"pi": 3}}
+    assert refused({"name": "t", "elements": {"v": vault}}).startswith("elements.v: constants.pi: pi is a number by")
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "key"),
+    [("ground", {}, "elements.ground"), ("a", {"prefix": "ground.a"}, "elements.a.prefix")],
+)
+def test_no_element_takes_the_name_of_the_slab(name, change, key):
+    message = refused({"name": "t", "elements": {name: PIER | change}})
+    assert message == f'{key}: "ground" is the name of the slab; an element needs another'
 
 
 TOML = """

@@ -132,7 +132,10 @@ def test_positions_and_segments():
         ({"at": [1.0, 2.1]}, r"is left between .* and .* leave at least"),
         ({"head": "pointed", "rise": 0.7, "voussoirs": 7}, "voussoirs is 7"),
         ({"head": "flat", "skew": 80}, "skew is 80"),
+        ({"skew": 20.0}, "skew says nothing about a lintel head; it is for: flat"),
         ({"sill": -1}, "sill is -1"),
+        # One course of a quarter of a metre is left over the soffit.
+        ({"height": 1.75, "depth": 0.4}, "a lintel head of 0.4 m depth over it reaches above the wall of 2 m"),
         ({"rise": 0.3}, "rise says nothing about a lintel head"),
         ({"head": "flat", "bearing": 0.3}, "bearing says nothing about a flat head; it is for: lintel"),
     ],
@@ -162,6 +165,20 @@ def test_an_opening_between_beds_is_told_with_both_heights():
         warnings.simplefilter("error")
         wall(1.0, 1.0)
         wall(1.0004, 0.9999)
+
+
+def test_a_lintel_between_beds_is_told_with_both_heights():
+    """Courses of 0.25 m: a lintel of 0.4 m over two windows of 1 m is two courses deep; without a depth it is one."""
+    openings = [Opening(width=0.6, height=1.0, number=2, depth=0.4)]
+    run = Run(name="a", path=[(0, 0), (4, 0)], thickness=0.3, height=2.0, openings=openings)
+    with pytest.warns(InputWarning) as told:
+        blocks = walls(run, brick=(0.5, 0.25))
+    assert [str(warning.message) for warning in told] == [
+        'wall "a": openings[0]: depth: asked from 1 to 1.4 m, built from 1 to 1.5 m: the top of a lintel goes to the '
+        "nearest bed"
+    ]
+    lintels = [block for block in blocks if block.group == "wall.a.lintel"]
+    assert {round(float(lintel.vertices[:, 2].max()), 9) for lintel in lintels} == {1.5}
 
 
 def test_a_window_of_a_chapel_between_beds_is_told_by_its_key(tmp_path):

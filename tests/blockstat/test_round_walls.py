@@ -85,6 +85,23 @@ def test_an_apse_runs_on_straight():
     assert min(ends) == pytest.approx(-1.0)
 
 
+@pytest.mark.parametrize("end", [150.0, 360.0])
+def test_coping_stones_of_long_bricks_are_as_short_as_the_radius_needs(end):
+    # Two bricks would be over 80 degrees: a straight side of the stone is then outside the wall.
+    brick = (0.7, 0.25)
+    stones = arc_wall("r", centre=CENTRE, radius=1.0, end=end, thickness=0.3, height=0.75, brick=brick, coping=Coping())
+    for stone in (block for block in stones if block.group.endswith("coping")):
+        plan = stone.vertices[:, :2] - CENTRE
+        turn = np.angle((plan @ (1, 1j)) / (plan[0] @ (1, 1j)), deg=True)
+        assert np.ptp(turn) < 60 * (1 + 1 / 3) + 1e-9  # a rest below a third of a brick is joined to its neighbour
+
+
+@pytest.mark.parametrize("batter", [(0.1, 0.0), (0.0, 0.1)])
+def test_a_battered_apse_of_one_leaf_runs_on_straight(batter):
+    options = {"radius": 1.0, "thickness": 0.45, "end": 180, "height": 1.25, "tails": (0.1, 0.3)}
+    assert len(overlaps(grounded(arc_wall("r", batter=batter, **options)), gap=1e-7)[0]) == 0
+
+
 def test_leaves_with_through_stones():
     asm = grounded(arc_wall("r", radius=2.0, thickness=0.6, height=1.5, leaves=3, through=Through()))
     faces = find_interfaces(asm)
@@ -99,9 +116,18 @@ def test_leaves_with_through_stones():
         ({"end": 400.0}, "end must be up to 360 degrees beyond"),
         ({"end": 270.0, "tails": (1.0, 1.0)}, "run into each other"),
         ({"openings": [Opening(width=0.6, height=0.5, head="semicircular")]}, "a round wall has lintels only"),
-        ({"openings": [Opening(width=3.0, height=0.5)]}, "too wide for the radius"),
+        ({"openings": [Opening(width=3.0, height=0.5)]}, "lintel is too long for the radius"),
+        # Half a brick of half a metre at each side: 1.7 + 0.5 m is more than 60 degrees of 2 m, 2.09 m.
+        (
+            {"openings": [Opening(width=1.0, height=0.5), Opening(width=1.7, height=0.5)]},
+            r"openings\[1\]: width is 1.7 ",
+        ),
+        ({"openings": [Opening(width=1.0, height=0.5, bearing=0.6)]}, "width is 1 and bearing 0.6; .* up to 2.09 m"),
+        ({"coping": Coping(length=2.2)}, "coping.length is 2.2; it must be up to 2.09 m, as the radius is 2 m"),
         ({"brick": (3.0, 0.25)}, "too long for a radius"),
         ({"gable": 1.0}, 'no option "gable"; options are: batter'),
+        ({"end": 90.0, "tails": (1.0, 0.0), "batter": (0.0, 0.1), "leaves": 2}, r"batter is \[0.0, 0.1\]; .* one leaf"),
+        ({"end": 90.0, "tails": (1.0, 0.0), "batter": (0.1, 0.0), "bond": "english"}, r"batter is \[0.1, 0.0\]"),
         ({"end": 90.0, "tails": (1.0,)}, r"tails is \(1\.0,\); it must be two lengths of at least 0"),
         ({"end": 90.0, "tails": (1.0, -0.1)}, r"tails is \(1\.0, -0\.1\); it must be two lengths of at least 0"),
         ({"end": 90.0, "tails": (0.0, np.inf)}, "it must be two lengths of at least 0"),

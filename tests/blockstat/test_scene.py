@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from blockstat import InputError, build, load_scene, parameters, read, with_values, write
+from blockstat import InputError, build, load_scene, overlaps, parameters, read, with_values, write
 from blockstat.spec import Range, scene_from
 from blockstat.spec.reading import at_path
 
@@ -137,6 +137,21 @@ def test_parts_that_do_not_fit_name_their_key(change, expected):
     with pytest.raises(InputError) as error:
         build(scene_from(SCENE | change))
     assert expected in str(error.value)
+
+
+@pytest.mark.parametrize(("thickness", "height"), [(0.8, 2.4), (0.4, 3.3), (0.8, 3.3)])
+def test_a_buttress_under_a_vault_thicker_than_its_wall_is_no_higher_than_the_wall(thickness, height):
+    # The back of the vault is 0.8 m from the room, over 0.4 m of the buttress, from 2.4 m up.
+    data = {
+        "name": "hut", "length": 4.0, "span": 3.0, "wall": {"thickness": 0.4, "height": 2.4},
+        "vault": {"thickness": thickness, "voussoirs": 9},
+        "buttresses": {"south": {"number": 1, "thickness": 0.5, "width": 0.6, "height": height}},
+    }  # fmt: skip
+    if thickness > 0.4 and height > 2.4:
+        with pytest.raises(InputError, match=r"buttresses.south.height: it is 3.3 m; .* up to 2.4 m high"):
+            build(scene_from(data))
+    else:
+        assert len(overlaps(build(scene_from(data)), gap=1e-6)[0]) == 0
 
 
 @pytest.mark.parametrize("name", ["value", "min", "max", "step"])

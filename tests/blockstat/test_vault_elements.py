@@ -266,6 +266,7 @@ def test_blocks_of_a_file_have_its_density(tmp_path):
         assert pile_of_file(path, density=1000).density[1:].tolist() == 3 * [1000.0]
     assert read(path, supports=[0]).density.tolist() == 3 * [1000.0]
     assert pile_of_file(path, {"density": 1500}).density[1:].tolist() == 3 * [1500.0]  # the file says none
+    assert pile_of_file(path, {"density": 1500}, density=1000).density[1:].tolist() == 3 * [1500.0]
 
 
 def test_what_a_scene_does_not_take_of_a_file_is_told(tmp_path):

@@ -209,6 +209,21 @@ def test_any_gable_is_sound(length, height, pitch, bond, brick, course, coping):
     assert bare - stones == pytest.approx(t * (length * height + length * rise / 2), rel=1e-9)
 
 
+def test_raked_stones_are_longer_than_the_joint_at_the_foot_leans():
+    # A slope of 2 in 1: an upright joint through stones 0.4 m deep leans 0.4 x 2 = 0.8 m along the slope.
+    run = {"gable": 4.0, "coping": Coping(height=0.4, length=0.75)}
+    with pytest.raises(InputError, match=r"coping.length is 0.75; .* must be at least 0.84 m long"):
+        wall(**run)
+    for length in (None, 0.85):
+        asm = grounded(wall(**run | {"coping": Coping(height=0.4, length=length)}))
+        sound(asm, convex=True)
+        # Two raked bands of 4 m of slope each have the height 0.4 x sqrt(5) over a plan of 2 m.
+        band = asm.volume[asm.in_group("wall.a.coping")].sum()
+        assert band == pytest.approx(4 * 0.4 * np.sqrt(5) * 0.6)
+    # With bricks of 0.3 m stones of two bricks would be too short.
+    sound(grounded(wall(brick=(0.3, 0.25), gable=4.0, coping=Coping(height=0.4))), convex=True)
+
+
 def test_joined_runs_share_their_beds():
     # Heights 1.1 and 2.0 of courses near 0.25: 4 of 0.275 and 4 of 0.225.
     blocks = walls(
@@ -294,10 +309,31 @@ def test_runs_that_cannot_be_joined_are_named(paths, match):
         walls([Run(name=f"r{k}", path=p, thickness=0.4, height=1) for k, p in enumerate(paths)])
 
 
+@pytest.mark.parametrize(
+    ("path", "closed", "point"),
+    [
+        ([(0, 0), (2, 0), (4, 0)], False, r"\[2.0, 0.0\]"),
+        ([(0, 0), (3, 4.5), (4, 6), (0, 6)], False, r"\[3.0, 4.5\]"),
+        ([(2, 0), (4, 0), (4, 3), (0, 3), (0, 0)], True, r"\[2.0, 0.0\]"),
+    ],
+)
+def test_a_path_has_no_point_at_which_it_goes_straight_on(path, closed, point):
+    with pytest.raises(InputError, match=f'wall "a": path goes straight on at {point}; leave out the point'):
+        wall(path, closed=closed)
+
+
 def test_heights_too_near_each_other_are_named():
     runs = [Run(name=f"r{k}", path=[(0, 5 * k), (3, 5 * k)], thickness=0.4, height=1 + k / 100) for k in range(2)]
     with pytest.raises(InputError, match=r"heights 1 and 1\.01 m are nearer"):
         walls(runs)
+
+
+@pytest.mark.parametrize("pair", [(0.8 * 3, 2.4), (1.1 + 2.2, 3.3)])
+def test_heights_equal_but_for_rounding_share_a_bed(pair):
+    assert pair[0] != pair[1]
+    runs = [Run(name=f"r{k}", path=[(0, 5 * k), (3, 5 * k)], thickness=0.4, height=h) for k, h in enumerate(pair)]
+    tops = [max(block.vertices[:, 2].max() for block in walls(runs) if block.group == f"wall.r{k}") for k in range(2)]
+    assert tops[0] == tops[1] == pytest.approx(pair[1], rel=1e-12)
 
 
 def test_names_of_runs_are_unique():

@@ -77,14 +77,23 @@ def evaluate(text: str, value_of: Callable[[str], float], names: Mapping[str, An
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         raise InputError(f'"{text[:80]}" is no arithmetic such as "= 2 * t + 1"') from None
     try:
-        value = _Arithmetic(value_of, names).visit(tree)
+        # Before the expression is computed, so that one in another takes little of the stack.
+        values = {name: float(value_of(name)) for name in _words(tree) if name in names and name not in CONSTANTS}
+        value = _Arithmetic(values, names).visit(tree)
     except _Refused as refusal:
         raise InputError(f'"{text}": {refusal}') from None
+    except RecursionError:
+        raise InputError(f'"{text[:80]}" is too deep; take it apart into several parameters') from None
     except (ArithmeticError, TypeError) as error:
         raise InputError(f'"{text}": {error}') from None
     if isinstance(value, complex) or not math.isfinite(value):
         raise InputError(f'"{text}" is {value}; it must be a finite number')
     return value
+
+
+def _words(tree: ast.AST) -> list[str]:
+    """Names in an expression, each once, in their order."""
+    return list(dict.fromkeys(node.id for node in ast.walk(tree) if isinstance(node, ast.Name)))
 
 
 class _Refused(Exception):
@@ -94,8 +103,8 @@ class _Refused(Exception):
 class _Arithmetic(ast.NodeVisitor):
     """Computes an expression; anything without a method of its own is refused."""
 
-    def __init__(self, value_of: Callable[[str], float], names: Mapping[str, Any]) -> None:
-        self.value_of, self.names = value_of, names
+    def __init__(self, values: Mapping[str, float], names: Mapping[str, Any]) -> None:
+        self.values, self.names = values, names
 
     def visit_Constant(self, node: ast.Constant) -> float:
         if isinstance(node.value, (int, float)) and not isinstance(node.value, bool):
@@ -108,7 +117,7 @@ class _Arithmetic(ast.NodeVisitor):
         if node.id not in self.names:
             known = ", ".join(self.names) or "none"
             raise _Refused(f'no parameter "{node.id}"; parameters are: {known}')
-        return float(self.value_of(node.id))
+        return self.values[node.id]
 
     def visit_BinOp(self, node: ast.BinOp) -> float:
         return self._sign(node, node.op)(self.visit(node.left), self.visit(node.right))

@@ -21,7 +21,7 @@ from blockstat.model.arches.arch import arch, jack_arch, rib
 from blockstat.model.arches.column import column, pier
 from blockstat.model.buttresses.buttress import buttress
 from blockstat.model.buttresses.flying_buttress import flying_buttress
-from blockstat.model.expression import evaluate
+from blockstat.model.expression import CONSTANTS, evaluate
 from blockstat.model.quantities import Count, Ends, Length, Two
 from blockstat.model.solids import box
 from blockstat.model.vaults.cylindrical import barrel_vault, groin_vault, pavilion_vault
@@ -154,6 +154,9 @@ def _formula(text: str, constants: dict[str, float]) -> Callable[[Floats, Floats
     for name in ("x", "y"):
         if name in constants:
             raise InputError(f"constants.{name}: {name} is a coordinate")
+    for name in CONSTANTS:
+        if name in constants:
+            raise InputError(f"constants.{name}: {name} is a number by itself; another name is needed")
 
     def height(x: Floats, y: Floats) -> Floats:
         places = [constants | {"x": float(u), "y": float(v)} for u, v in zip(x.flat, y.flat, strict=True)]

@@ -118,6 +118,7 @@ def lowered(building: Building) -> Plan:
         Where the end walls overlap, and before a slip of the pen makes millions of blocks.
     """
     _check_size(building)
+    _check_beside_vault(building)
     walls, keys = _walls(building)
     elements: dict[str, Element] = {"walls": walls}
     if building.vault is not None and is_present(building.vault.present):
@@ -215,6 +216,24 @@ def _buttress(side: WallName, own: Buttress, course: float) -> walling.Buttress:
 def _courses(height: float, nominal: float) -> int:
     """The number of equal courses that fill a height, as near the nominal height as fit."""
     return max(round(height / nominal), 1)
+
+
+def _check_beside_vault(building: Building) -> None:
+    """Refuse buttresses higher than their wall where the vault, thicker than the wall, lies over them."""
+    vault, wall = building.vault, building.wall
+    if vault is None or not is_present(vault.present):
+        return
+    thick, top = value_of(wall.thickness), value_of(wall.height)
+    if value_of(vault.thickness) <= thick * (1 + 1e-9):
+        return
+    for side in ("south", "north"):
+        own = building.buttresses.get(side)
+        stand = own is not None and is_present(own.present) and round(value_of(own.number)) > 0
+        if own is not None and stand and value_of(own.height) > top * (1 + 1e-9):
+            raise InputError(
+                f"buttresses.{side}.height: it is {value_of(own.height):g} m; a vault thicker than its wall "
+                f"({thick:g} m) lies over them from the springing: they may be up to {top:g} m high"
+            )
 
 
 def _check_size(building: Building) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import partial
 from itertools import product
@@ -178,6 +179,8 @@ def _placed(name: str, element: Element) -> list[Block]:
         own = blocks_of(element)
     except InputError as error:
         raise error.under(f"elements.{name}") from None
+    if element.density is not None:  # the scene's word stands before that of a file
+        own = [replace(block, density=element.density) for block in own]
     found: list[Block] = []
     repeats = repeats_of(element)
     copies = list(product(*(range(repeat.number) for repeat in repeats)))
@@ -185,7 +188,7 @@ def _placed(name: str, element: Element) -> list[Block]:
         parts = [name if element.prefix is None else element.prefix, str(number) if len(copies) > 1 else ""]
         prefix = "".join(f"{part}." for part in parts if part)
         turn, place = _pose(element, repeats, steps)
-        found += moved(own, place, turn=turn, prefix=prefix, density=element.density)
+        found += moved(own, place, turn=turn, prefix=prefix)
     return found
 
 

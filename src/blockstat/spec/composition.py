@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from functools import partial
+from keyword import iskeyword
 from typing import Any
 
 import msgspec
@@ -19,7 +20,7 @@ from blockstat.model.expression import RESERVED, evaluate, is_expression
 from blockstat.spec.element import Element
 from blockstat.spec.elements import KINDS
 from blockstat.spec.material import Joint, Material, TieTable, uncertain_of
-from blockstat.spec.ranges import Range, is_range
+from blockstat.spec.ranges import Range, is_presence, is_range, meant_as_range
 from blockstat.spec.reading import check_name, entries, joined, read_as
 from blockstat.system.faults import faults, unknown_keys
 
@@ -113,7 +114,7 @@ def _check_name(name: str, table: str) -> None:
 
 def _check_parameter(name: str, value: Any) -> None:
     _check_name(name, "parameters")
-    if name in RESERVED or not name.isidentifier():
+    if name in RESERVED or iskeyword(name) or not name.isidentifier():
         raise InputError(f'parameters.{name}: "{name}" is no name of a parameter; expressions could not say it')
     if not (isinstance(value, (bool, int, float)) or is_range(value) or is_expression(value)):
         if isinstance(value, dict):
@@ -283,16 +284,26 @@ def _whole(value: float) -> float | int:
     return int(value) if float(value).is_integer() else value
 
 
+def _rounded(node: Any) -> Any:
+    """Plain data with whole numbers in place of those that arithmetic left beside them, as 0.3 / 0.1 is."""
+    if isinstance(node, dict):
+        return {key: _rounded(child) for key, child in node.items()}
+    if isinstance(node, list):
+        return [_rounded(child) for child in node]
+    near = round(node) if isinstance(node, float) else node
+    return near if isinstance(node, float) and abs(node - near) <= 1e-12 * abs(node) else node
+
+
 def _plain(node: Any, path: str, names: _Names) -> Any:
     """A part of the scene with its numbers in place of ranges and expressions."""
     if is_expression(node):
         node = names.computed(node, path)
-    elif isinstance(node, dict) and {"value", "min", "max", "step"} & set(node):
+    elif meant_as_range(node):
         node = _whole(read_as(Range, node, path).value)
     elif isinstance(node, (dict, list, tuple)):
         plain = gathered(partial(_plain, child, joined(path, key), names) for key, child in entries(node))
         return dict(zip(node, plain, strict=True)) if isinstance(node, dict) else plain
-    return bool(node) if path.endswith(".present") and node in (0, 1) else node
+    return bool(node) if is_presence(path) and node in (0, 1) else node
 
 
 def _element(table: dict[str, Any], path: str, names: _Names) -> Element:
@@ -305,4 +316,12 @@ def _element(table: dict[str, Any], path: str, names: _Names) -> Element:
         plain = _plain(keys, path, names)
     except InputError as error:  # unknown keys are told all the same
         raise InputError(*error.args, *unknown_keys(KINDS[kind], keys, path)) from None
-    return read_as(KINDS[kind], plain, path)
+    try:
+        element = read_as(KINDS[kind], plain, path)
+    except InputError:
+        element = read_as(KINDS[kind], _rounded(plain), path)
+    prefix = path.removeprefix("elements.") if element.prefix is None else element.prefix
+    if prefix.split(".")[0] == GROUND:
+        key = path if element.prefix is None else f"{path}.prefix"
+        raise InputError(f'{key}: "{GROUND}" is the name of the slab; an element needs another')
+    return element

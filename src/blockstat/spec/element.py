@@ -23,7 +23,7 @@ class Element(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=T
     at: Point = (0.0, 0.0, 0.0)  #: where the element's origin goes: x, y, z [m]
     turn: float = 0.0  #: about the vertical through its origin, counter-clockwise seen from above [degrees]
     repeat: Repeat | tuple[Repeat, ...] = ()  #: copies; of several, each repeats what the one before made
-    density: Length | None = None  #: [kg/m3], by default the material's
+    density: Length | None = None  #: [kg/m3], by default that of the file or the material's
     prefix: str | None = None  #: of the names and groups of its blocks, by default the element's name; "" for none
 
 

@@ -14,6 +14,7 @@ from blockstat.errors import InputError, gathered, known_options
 from blockstat.io.files import blaming, read_parts
 from blockstat.spec.compose import build
 from blockstat.spec.composition import load_tables
+from blockstat.spec.reading import check_finite
 from blockstat.spec.scene import Scene, scene_from
 from blockstat.system.reading import check_depth, text_of
 
@@ -24,6 +25,9 @@ else:
 
 #: Tables whose errors name the line.
 LOCATED = ("loads", "cases", "ties", "uncertain")
+WORD = r"""(?:[\w-]+|"[^"]*"|'[^']*')"""  #: of a key
+#: A table's name in brackets and no more; rows of a list have commas, or end with one.
+HEADING = re.compile(r"""\s*\[\[?\s*(WORD(?:\s*\.\s*WORD)*)\s*\]\]?\s*(?:#.*)?$""".replace("WORD", WORD))
 LOADS = ("loads", "cases")  #: tables of a file of loads
 BLOCKS = (".json", ".obj", ".glb", ".stl", ".ply")  #: suffixes of files that are no scenes
 
@@ -109,6 +113,7 @@ def load_file(path: str | Path) -> dict[str, dict[str, Any]]:
     path = Path(path)
     data = _tables(path)
     try:
+        check_finite(data)
         tables = [data[key] if isinstance(data.get(key), dict) else {} for key in LOADS]
         _, found = gathered((partial(_check_loads, data), partial(load_tables, *tables)))
         return found
@@ -175,7 +180,7 @@ def _line_of(text: str, key: list[str]) -> int | None:
     """The line that says the longest part of a key; of a table its heading."""
     best, found, table = 0, None, list[str]()
     for number, line in enumerate(text.splitlines(), 1):
-        if heading := re.match(r"\s*\[([^\[\]]+)\]", line):
+        if heading := HEADING.match(line):
             table = own = _parts(heading[1])
         elif entry := re.match(r"\s*([\w.\"'-]+)\s*=", line):
             own = [*table, *_parts(entry[1])]

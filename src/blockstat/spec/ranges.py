@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Literal
 
 import msgspec
@@ -46,6 +47,10 @@ Count = Annotated[int, msgspec.Meta(ge=0)] | Range
 #: Whether an element is there. "search" stands for a range of 1 (there, as it is built) and 0 (not there).
 Presence = bool | Literal["search"] | Range
 SEARCHED = {"value": 1, "min": 0, "max": 1, "step": 1}
+
+PRESENCE = (
+    r"(elements\.[^.]+(\.runs\..+|\.(openings|buttresses)\.\d+)?|(doors|windows|buttresses)\.[^.]+|vault)\.present"
+)
 
 
 def value_of(parameter: float | Range) -> float:
@@ -93,4 +98,39 @@ def is_range(node: Any) -> bool:
     bool
         True for a table of value, min, max and step.
     """
-    return isinstance(node, dict) and set(node) == set(SEARCHED)
+    return meant_as_range(node) and set(node) == set(SEARCHED)
+
+
+def meant_as_range(node: Any) -> bool:
+    """Whether plain data say a range, or nearly: one whose keys are to be told what is wrong with them.
+
+    Parameters
+    ----------
+    node : object
+        A value of a scene.
+
+    Returns
+    -------
+    bool
+        True for a table with a value, or with two of the keys of a range, none of them a table: a table of tables has
+        names that a user chose.
+    """
+    if not isinstance(node, dict) or any(isinstance(child, (dict, list, tuple)) for child in node.values()):
+        return False
+    return "value" in node or len(set(SEARCHED) & set(node)) > 1
+
+
+def is_presence(path: str) -> bool:
+    """Whether a key says that something is there; others may be named "present" by the user.
+
+    Parameters
+    ----------
+    path : str
+        Of the key, with dots.
+
+    Returns
+    -------
+    bool
+        True for those of elements, runs, openings, buttresses and the vault of the short form.
+    """
+    return re.fullmatch(PRESENCE, path) is not None

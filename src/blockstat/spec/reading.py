@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from typing import Any, TypeVar
 
 import msgspec
-import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.system.faults import faults
@@ -99,8 +99,9 @@ def check_finite(node: Any, path: str = "") -> None:
 
 
 def _not_finite(node: Any, path: str) -> Iterator[str]:
-    if isinstance(node, float) and not np.isfinite(node):
-        yield f"{path}: {node} is not a finite number"
+    if isinstance(node, (int, float)) and not abs(node) <= sys.float_info.max:
+        given = f"a whole number beyond {sys.float_info.max:.2g}" if isinstance(node, int) else node
+        yield f"{path}: {given} is not a finite number"
     for key, child in entries(node):
         yield from _not_finite(child, joined(path, key))
 

@@ -12,7 +12,7 @@ from blockstat.errors import InputError, gathered
 from blockstat.spec.chapel import Building
 from blockstat.spec.composition import Composition, composition_from, load_tables, ties_of
 from blockstat.spec.material import uncertain_of
-from blockstat.spec.ranges import SEARCHED, Range, is_range
+from blockstat.spec.ranges import SEARCHED, Range, is_presence, is_range
 from blockstat.spec.reading import at_path, check_finite, entries, joined, read_as
 
 #: The short form for a rectangular building, or the general one.
@@ -133,11 +133,11 @@ def scene_from(data: Any) -> Scene:
 
 def _check_ends(scene: Scene, path: str, found: Range) -> None:
     """The ends of a range must be values that the parameter could have by itself."""
-    for end in {found.min, found.max, found.max - found.step if found.max > found.min else found.max}:
+    for end in {found.min, found.max, *found.steps()[1:2]}:
         plain = _plain(scene)
         table, key = at_path(plain, path)
         whole = int(end) if float(end).is_integer() else end
-        table[key] = bool(whole) if key == "present" and whole in (0, 1) else whole
+        table[key] = bool(whole) if is_presence(path) and whole in (0, 1) else whole
         _read(plain)
 
 

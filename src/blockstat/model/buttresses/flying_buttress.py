@@ -80,6 +80,10 @@ def flying_buttress(
         raise InputError(f"low is {low!r} and high {high!r}; the soffit must rise from the pier to the wall")
     if form == "arc" and not high - low < span:
         raise InputError(f"high - low is {high - low:g}; that of an arc must be less than the span, {span:g} m")
+    of_pier = {"pier_height": pier_height, "courses": courses != 1, "pinnacle": pinnacle}
+    if pier is None and any(of_pier.values()):
+        given = next(key for key, value in of_pier.items() if value)
+        raise InputError(f"{given} says nothing without a pier; give the size of one as pier")
     sections = _arc(span, low, high, depth, voussoirs) if form == "arc" else _strut(span, low, high, depth, voussoirs)
     blocks = []
     for i, section in enumerate(sections):
@@ -128,6 +132,11 @@ def _strut(span: float, low: float, high: float, depth: float, number: int) -> l
     # The joints may lean out of the ends: only those are kept that cut soffit and back between the upright planes.
     lean = depth * normal[0] / along[0]
     first, last = 0.0, reach - max(lean, 0.0)
+    if last <= 0:
+        raise InputError(
+            f"depth is {depth:g}; joints square to a straight flyer as steep as this one need less than "
+            f"{depth * reach / lean:.3g} m"
+        )
     places = [-8 * reach, *np.linspace(first, last, number + 1)[1:-1], 9 * reach]
     start = np.array([0.0, high])
     points = [(start + along * s, start + along * s + depth * normal) for s in places]

@@ -8,13 +8,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace as replace_keys
 
 from blockstat.assembly import Block
 from blockstat.errors import InputError, no_such
 from blockstat.model.arches.profile import positive
 from blockstat.model.quantities import Length, Lengths, Size
 from blockstat.model.walling.brickwork import SLIVER, brickwork, head_stones
-from blockstat.model.walling.heads import Head, heads
+from blockstat.model.walling.heads import Head, bearing_of, heads
 from blockstat.model.walling.pattern import HEADER, Pattern, fitted
 from blockstat.model.walling.row import Gap, Row
 from blockstat.model.walling.run import Run
@@ -23,7 +24,9 @@ from blockstat.model.walling.walls import check_sizes
 
 #: Keys of a run that say nothing about a round one.
 STRAIGHT = ("name", "present", "path", "align", "closed", "gable")
-WIDEST = math.radians(60.0)  #: angle of one stone or opening: a straight side of it is then inside the thickness
+WIDEST = math.radians(
+    60.0
+)  #: angle of one brick, lintel or coping stone: a straight side of it is then inside the thickness
 
 
 def arc_wall(
@@ -90,6 +93,8 @@ def arc_wall(
     pattern = replace(pattern, staggered=False)
     if pattern.brick / radius > WIDEST:
         raise InputError(f'wall "{name}": bricks of {pattern.brick:.3g} m are too long for a radius of {radius:g} m')
+    _check_lintels(run, pattern.brick, radius)
+    strip = _with_coping(strip, pattern.brick, radius)
     found = heads(strip, pattern.brick, brick[1])
     rows = [_row(strip, course, found, pattern, closed) for course in range(strip.top)]
     return brickwork(rows, pattern, sliver, {}, round_the_ring=closed) + head_stones(strip, found, {})
@@ -114,6 +119,11 @@ def _strip(
         raise InputError(f"{label}: tails is {tails!r}; it must be two lengths of at least 0 [m]")
     if any(tails) and turn > 180:
         raise InputError(f"{label}: tails of an arc of more than 180 degrees run into each other")
+    if any(tails) and any(run.batter) and run.leaves_laid > 1:
+        raise InputError(
+            f"{label}: batter is {list(run.batter)!r}; a wall with tails has one only where it is of one leaf: leaves "
+            "that pass the ends of the arc would overlap"
+        )
     for k, opening in enumerate(run.openings):
         if not opening.present:
             continue
@@ -121,12 +131,34 @@ def _strip(
             raise InputError(f"{label}: openings[{k}]: segment is {opening.segment}; a round wall has one, 0")
         if opening.head != "lintel":
             raise InputError(f"{label}: openings[{k}]: head is {opening.head!r}; a round wall has lintels only")
-        if opening.width / radius > WIDEST:
-            raise InputError(f"{label}: openings[{k}]: width is {opening.width:g}; it is too wide for the radius")
     axis = Ring(np.array(centre, dtype=float), radius, math.radians(angles[0]), radius * math.radians(turn), tails)
     left, right = run.batter
     top = len(levels) - 1
     return Strip(run, axis, (-t / 2, right), (t / 2, -left), levels, top, top, f"wall.{run.name}")
+
+
+def _check_lintels(run: Run, brick: float, radius: float) -> None:
+    for k, opening in enumerate(run.openings):
+        bearing = bearing_of(opening, brick)
+        if opening.present and opening.width + 2 * bearing > WIDEST * radius:
+            raise InputError(
+                f'wall "{run.name}": openings[{k}]: width is {opening.width:g} and bearing {bearing:.3g}; the lintel '
+                f"is too long for the radius: width and two bearings must be up to {WIDEST * radius:.3g} m together"
+            )
+
+
+def _with_coping(strip: Strip, brick: float, radius: float) -> Strip:
+    """The strip with the length of its coping stones said, by default as short as the radius needs."""
+    run, coping, most = strip.run, strip.run.coping, WIDEST * radius
+    if coping is None:
+        return strip
+    if coping.length is not None and coping.length > most:
+        raise InputError(
+            f'wall "{run.name}": coping.length is {coping.length:g}; it must be up to {most:.3g} m, as the radius is '
+            f"{radius:g} m"
+        )
+    said = replace_keys(coping, length=coping.length or min(2 * brick, most))
+    return replace(strip, run=replace_keys(run, coping=said))
 
 
 def _closed(strip: Strip, nominal: float) -> Pattern:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from blockstat.assembly import Block
@@ -10,6 +12,8 @@ from blockstat.model.walling.row import Gap
 from blockstat.model.walling.run import Coping
 from blockstat.model.walling.strip import Strip
 from blockstat.typing import Floats
+
+FOOT_STONE = 1.05  #: least length of a raked stone, as a multiple of what its upright joint takes from its back
 
 
 def slopes(strip: Strip, foot: tuple[float, float]) -> tuple[Gap, Gap]:
@@ -55,12 +59,13 @@ def raked_coping(strip: Strip, foot: tuple[float, float], coping: Coping, brick:
     """
     group, over = f"{strip.group}.coping", coping.overhang
     faces = ((strip.right[0] - over, strip.right[1]), (strip.left[0] + over, strip.left[1]))
-    sections = _stones(strip, foot, coping.height or brick[1], coping.length or 2 * brick[0])
+    sections = _stones(strip, foot, coping.height or brick[1], coping.length, 2 * brick[0])
     return [strip.slab(section, f"{group}.0.{i}", group, faces) for i, section in enumerate(sections)]
 
 
-def _stones(strip: Strip, foot: tuple[float, float], height: float, length: float) -> list[Floats]:
+def _stones(strip: Strip, foot: tuple[float, float], height: float, asked: float | None, usual: float) -> list[Floats]:
     """Outlines in s, z of coping stones, joints square to the slope; foot and ridge joints are upright."""
+    length = usual if asked is None else asked
     if not height > 0 or not length > 0:
         raise InputError(f'wall "{strip.run.name}": height and length of its coping must be above 0')
     z0, z1 = strip.levels[strip.top], strip.levels[strip.ridge]
@@ -68,7 +73,14 @@ def _stones(strip: Strip, foot: tuple[float, float], height: float, length: floa
     along = (ridge - low) / np.linalg.norm(ridge - low)
     normal = np.array([-along[1], along[0]])
     reach, lift = float(np.linalg.norm(ridge - low)), height / along[0]
-    number = max(round(reach / length), 1)
+    # The upright joint at the foot leans over the first stone by the rise of its back there.
+    least = FOOT_STONE * height * float(along[1] / along[0])
+    number = max(min(round(reach / length), math.floor(reach / least)), 1)
+    if asked is not None and asked < min(least, reach):
+        raise InputError(
+            f'wall "{strip.run.name}": coping.length is {asked:g}; stones of {height:g} m height on this slope must be '
+            f"at least {min(least, reach):.3g} m long"
+        )
     left = []
     for k in range(number):
         (a, b), up = (low + along * reach * np.array([[k], [k + 1]]) / number), height * normal

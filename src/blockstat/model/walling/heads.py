@@ -23,6 +23,7 @@ from blockstat.typing import Floats
 FLATTEST = 1.0  #: slope of the top facets of an extrados: the feather edge of a brick over it has at least 45 degrees
 SKEWBACK = 0.5  #: sine of the least slope of a skewback (30 degrees); flatter springing joints are made level
 DRAWN = 5e-4  #: half of the millimetre to which drawings are rounded: what moves by less is not told [m]
+SKEW = 20.0  #: of a flat arch by default [degrees]
 KEY = 0.5  #: least half width of the flat top of an extrados, as a fraction of the depth of the arch
 
 
@@ -57,9 +58,12 @@ def heads(strip: Strip, brick: float, nominal: float) -> list[Head]:
         if opening.segment != strip.segment or not opening.present:
             continue
         label = f'wall "{strip.run.name}": openings[{k}]'
-        beds = _beds(opening, strip, nominal, label)
-        for centre in centres(opening, strip, label):
-            found.append(_head(opening, strip, beds, centre, brick, nominal, label))
+        bottom, top = _beds(opening, strip, nominal, label)
+        chain, stones = _spanning(opening, strip, top, brick, nominal, label)
+        found += [
+            _head(opening, strip, (bottom, top), centre, chain, stones, label)
+            for centre in centres(opening, strip, label)
+        ]
     return found
 
 
@@ -136,26 +140,46 @@ def _beds(opening: Opening, strip: Strip, nominal: float, label: str) -> tuple[i
     return bottom, top
 
 
+def _spanning(
+    opening: Opening, strip: Strip, top: int, brick: float, nominal: float, label: str
+) -> tuple[Floats, list[Floats]]:
+    """Right side of what spans an opening and its stones, over the middle of its soffit on the bed `top`."""
+    levels = np.array(strip.levels[top : strip.ridge + 1])
+    beds = levels - levels[0]
+    if opening.head == "lintel":
+        chain, stones = _lintel(opening, beds, brick, nominal)
+    else:
+        chain, stones = _arch(opening, beds, nominal, label)
+    if chain is None or stones is None:
+        deep = "" if opening.depth is None else f" of {opening.depth:g} m depth"
+        raise InputError(
+            f"{label}: sill and height reach {levels[0]:.3g} m; a {opening.head} head{deep} over it reaches above the "
+            f"wall of {levels[-1]:.3g} m"
+        )
+    if opening.head == "lintel" and opening.depth is not None:
+        asked, built = (levels[0], levels[0] + opening.depth), (levels[0], levels[0] + chain[-1, 1])
+        tell_moved(f"{label}: depth", asked, built, "the top of a lintel goes to the nearest bed")
+    return chain, stones
+
+
 def _head(
-    opening: Opening, strip: Strip, ends: tuple[int, int], centre: float, brick: float, nominal: float, label: str
+    opening: Opening,
+    strip: Strip,
+    ends: tuple[int, int],
+    centre: float,
+    chain: Floats,
+    stones: list[Floats],
+    label: str,
 ) -> Head:
-    levels, (bottom, top) = np.array(strip.levels[: strip.ridge + 1]), ends
+    """An opening about its centre, in each course a gap as wide as the jambs or the head."""
+    levels, (bottom, top) = strip.levels[: strip.ridge + 1], ends
     half = opening.width / 2
     jambs = Gap(upright(centre - half), upright(centre + half), label)
     gaps = dict.fromkeys(range(bottom, top), jambs)
-    if opening.head == "lintel":
-        chain, stones = _lintel(opening, levels[top:] - levels[top], brick, nominal)
-    else:
-        chain, stones = _arch(opening, levels[top:] - levels[top], nominal, label)
-    if chain is None or stones is None:
-        reach = f"sill and height reach {levels[top]:.3g} m"
-        raise InputError(
-            f"{label}: {reach}; a {opening.head} head over it reaches above the wall of {levels[-1]:.3g} m"
-        )
     x, z = chain.T
     for course in range(top, len(levels) - 1):
         low, high = (levels[k] - levels[top] for k in (course, course + 1))
-        if low > z[-1] - 1e-9 * nominal:
+        if low > z[-1] - 1e-9 * (high - low):
             break
         a, b = np.interp([low, high], z, x)
         slope = (b - a) / (high - low)
@@ -165,12 +189,30 @@ def _head(
     return Head(gaps, [stone + (centre, levels[top]) for stone in stones], kind)
 
 
+def bearing_of(opening: Opening, brick: float) -> float:
+    """Length of the wall that a lintel bears on at each side.
+
+    Parameters
+    ----------
+    opening : Opening
+        The one that it spans.
+    brick : float
+        Length of a brick [m].
+
+    Returns
+    -------
+    float
+        As asked, or half a brick [m].
+    """
+    return brick / 2 if opening.bearing is None else opening.bearing
+
+
 def _lintel(opening: Opening, beds: Floats, brick: float, nominal: float) -> tuple[Floats | None, list[Floats] | None]:
     """Right side of a lintel and its outline, over the middle of the soffit."""
-    bearing = brick / 2 if opening.bearing is None else opening.bearing
+    bearing = bearing_of(opening, brick)
     depth = nominal if opening.depth is None else opening.depth
     positive(bearing=bearing, depth=depth)
-    if len(beds) < 2:
+    if len(beds) < 2 or (opening.depth is not None and depth > beds[-1] + nominal / 2):
         return None, None
     high = beds[max(nearest(beds, depth), 1)]
     x = opening.width / 2 + bearing
@@ -219,14 +261,15 @@ def _round(opening: Opening, depth: float, nominal: float) -> tuple[Floats, Floa
 
 def _flat(opening: Opening, depth: float, nominal: float) -> tuple[Floats, Floats]:
     """Joints of a flat arch, as `_round`; they point to one place below."""
-    if not 0 <= opening.skew <= 60:
-        raise InputError(f"skew is {opening.skew!r}; it must be an angle from 0 to 60 degrees")
+    skew = SKEW if opening.skew is None else opening.skew
+    if not 0 <= skew <= 60:
+        raise InputError(f"skew is {skew!r}; it must be an angle from 0 to 60 degrees")
     number = opening.voussoirs
     if number is None:
         number = 2 * (max(round(opening.width / nominal), 3) // 2) + 1
     at_least(2, voussoirs=number)
     x = opening.width / 2 * (2 * np.arange(number + 1) / number - 1)
-    across = np.column_stack([x * np.tan(np.deg2rad(opening.skew)) / (opening.width / 2), np.ones_like(x)])
+    across = np.column_stack([x * np.tan(np.deg2rad(skew)) / (opening.width / 2), np.ones_like(x)])
     return np.column_stack([x, np.zeros_like(x)]), across / np.linalg.norm(across, axis=1)[:, None]
 
 

@@ -32,14 +32,14 @@ class Opening(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=T
     height: Length  #: of the jambs, from the sill to the springing or to the soffit of a lintel [m]
     sill: Size = 0.0  #: above the ground, 0 for a door [m]
     number: Number = 1  #: evenly spaced along the run
-    at: Sequence[float] | None = None  #: or where their centres are along the run from its first point [m]
-    segment: int = 0  #: which stretch of a path with several
+    at: Sequence[float] | None = None  #: or where their centres are, along the stretch from its first point [m]
+    segment: int = 0  #: which stretch of a path with several, 0 for the first
     head: str = "lintel"  #: lintel, flat, semicircular, segmental, pointed or elliptic
     rise: Length | None = None  #: of an arch [m]; none for semicircular
     depth: Length | None = None  #: of lintel or arch, normal to the soffit, by default one course [m]
     voussoirs: Count | None = None  #: their number, by default as many as courses are high
     bearing: Length | None = None  #: of a lintel on each side, by default half a brick [m]
-    skew: float = 20.0  #: of the skewbacks of a flat arch against the vertical [degrees]
+    skew: float | None = None  #: of the skewbacks of a flat arch against the vertical, by default 20 [degrees]
 
 
 class Coping(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
@@ -49,7 +49,7 @@ class Coping(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=Tr
     """
 
     overhang: Size = 0.05  #: beyond each face [m]
-    length: Length | None = None  #: of the stones, by default two bricks [m]
+    length: Length | None = None  #: of the stones, by default two bricks; of a round wall up to 60 degrees [m]
     height: Length | None = None  #: of raked stones on a gable, normal to the slope, by default one course [m]
 
 
@@ -104,8 +104,8 @@ class Buttress(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=
     projection: Length  #: from its face [m]
     height: Length  #: [m]
     number: Number = 1  #: evenly spaced, by Eqs. 3-5 of the procedural-masonry paper
-    at: Sequence[float] | None = None  #: or where their centres are along the run from its first point [m]
-    segment: int = 0  #: which stretch of a path with several
+    at: Sequence[float] | None = None  #: or where their centres are, along the stretch from its first point [m]
+    segment: int = 0  #: which stretch of a path with several, 0 for the first
     side: Literal["left", "right"] = "right"  #: of the path
     bonded: bool = True  #: into the wall, or standing against it
     courses: Count | None = None  #: of one stone each with beds of its own, where it stands against an upright face
@@ -185,6 +185,7 @@ def check_opening(label: str, opening: Opening) -> None:
         "rise": ("segmental", "pointed", "elliptic", "semicircular"),
         "voussoirs": tuple(head for head in HEADS if head != "lintel"),
         "bearing": ("lintel",),
+        "skew": ("flat",),
     }
     for key, allowed in of_heads.items():
         if getattr(opening, key) is not None and opening.head not in allowed:

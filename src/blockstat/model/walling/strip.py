@@ -301,8 +301,10 @@ def bed_levels(heights: Iterable[float], nominal: float, sliver: float) -> tuple
     InputError
         Where two heights are nearer to each other than the least course.
     """
-    marks = [0.0, *sorted(set(heights))]
-    levels = [0.0]
+    marks, levels = [0.0], [0.0]
+    for height in sorted(heights):
+        if len(marks) == 1 or height - marks[-1] > 1e-9 * max(height, nominal):  # else equal but for rounding
+            marks.append(height)
     for low, high in zip(marks, marks[1:], strict=False):
         if high - low < sliver * nominal:
             raise InputError(

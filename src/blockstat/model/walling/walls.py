@@ -20,6 +20,8 @@ from blockstat.model.walling.run import Buttress, Run, check_run
 from blockstat.model.walling.stems import coursed_stem, stem_strip, stems
 from blockstat.model.walling.strip import Line, Strip, bed_levels, nearest, upright
 
+STRAIGHT_ON = 1e-6  #: sine of a bend that is none
+
 
 def walls(
     runs: Sequence[Run] | Run,
@@ -131,20 +133,33 @@ def _strips(run: Run, levels: tuple[float, ...]) -> list[Strip]:
         points.append(points[0])
     t, (left, right) = run.thickness, run.batter
     low = {"centre": -t / 2, "left": 0.0, "right": -t}[run.align]
-    strips = []
+    strips: list[Strip] = []
+    axes: list[Line] = []
     for k, (a, b) in enumerate(zip(points, points[1:], strict=False)):
         length = float(np.linalg.norm(b - a))
         if not length > 1e-9 * t:
             raise InputError(f'wall "{run.name}": path has the point {a.tolist()} twice in a row')
-        axis = Line(a, (b - a) / length, length)
+        axes.append(Line(a, (b - a) / length, length))
         top, ridge = nearest(levels, run.height), nearest(levels, run.height + run.gable)
-        strips.append(Strip(run, axis, (low, right), (low + t, -left), levels, top, ridge, f"wall.{run.name}", k))
+        strips.append(Strip(run, axes[k], (low, right), (low + t, -left), levels, top, ridge, f"wall.{run.name}", k))
+    _check_bends(run, axes)
     for opening in run.openings:
         if opening.present and not 0 <= opening.segment < len(strips):
             raise InputError(
                 f'wall "{run.name}": segment of an opening is {opening.segment}; its path has {len(strips)} stretches'
             )
     return strips
+
+
+def _check_bends(run: Run, axes: list[Line]) -> None:
+    """Refuse points of a path at which it goes straight on: the stretches would have a straight joint there."""
+    following = axes[1:] + axes[:1] if run.closed else axes[1:]
+    for a, b in zip(axes, following, strict=False):
+        if a.along @ b.along > 0 and abs(a.along @ b.across) < STRAIGHT_ON:
+            raise InputError(
+                f'wall "{run.name}": path goes straight on at {b.origin.tolist()}; leave out the point, for bricks are '
+                "not bonded there"
+            )
 
 
 def _build(
