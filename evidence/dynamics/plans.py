@@ -71,7 +71,8 @@ def in_bullet(row: str) -> list[str]:
     both = [k for k in compared.differ if k not in compared.unexplained]
     hangs = sum(compared.tightness[k] is not None for k in both)
     steps = len(plan.steps)
-    counts = (steps, steps - len(compared.differ), len(both) - hangs, hangs, len(compared.unexplained))
+    agree = steps - len(compared.differ) - len(compared.undecided)
+    counts = (steps, agree, len(both) - hangs, hangs, len(compared.unexplained))
     print(compared.explain(), flush=True)
     return [row.split()[0], f"{assembly.friction:g}", *map(str, counts), f"{seconds:.0f}"]
 
