@@ -498,7 +498,7 @@ def _densities(given: Any, names: Sequence[str]) -> Floats:
     except (TypeError, ValueError):
         raise InputError(f"density must be one number, or one for each of the {len(names)} blocks") from None
     wrong = np.flatnonzero(~((values > 0) & (values < HUGE)))
-    gathered(partial(check_density, names[k], values[k].item()) for k in wrong)
+    gathered(partial(check_density, names[k], values[k].item()) for k in wrong.tolist())
     return values
 
 
