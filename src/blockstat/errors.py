@@ -326,7 +326,9 @@ def check_positive(what: str, value: Any, *, least: float = 0.0) -> None:
     """
     if isinstance(value, (int, float, np.number)) and np.isfinite(value) and value >= least and value > 0:
         return
-    raise InputError(f"{what} is {value!r}; it must be {f'at least {least:g}' if least else 'above 0'}")
+    bound = f"at least {least:g}" if least else "above 0"
+    finite = " and finite" if isinstance(value, (float, np.floating)) and not np.isfinite(value) else ""
+    raise InputError(f"{what} is {value!r}; it must be {bound}{finite}")
 
 
 def check_count(what: str, value: Any, *, least: int = 1) -> None:

@@ -234,7 +234,7 @@ def test_without_a_backend_one_process_works_unless_more_are_asked_for():
     assert count_workers(2) == 2
     with joblib.parallel_config(n_jobs=2):
         assert count_workers(None) == 2
-    with pytest.raises(InputError, match="jobs is 0; at least one process is needed"):
+    with pytest.raises(InputError, match="jobs is 0; it must be a whole number of at least 1"):
         fragility(RING, UNCERTAIN, SIDE, draws=2, jobs=0)
 
 

@@ -8,7 +8,7 @@ import pytest
 from blockstat import Block, InputError, find_interfaces, limit_load, limit_load_by_point, reserve_map
 from blockstat.contact.features import ContactKind
 from blockstat.sensitivity.moved_corners import MovedCorners
-from blockstat.sensitivity.vertices import shared_points
+from blockstat.sensitivity.vertices import point_carriers, shared_points
 from evidence.scenes.small import assembly, box, prism, stack
 
 SIDE = (1, 0, 0)
@@ -92,11 +92,10 @@ def test_corners_of_blocks_without_joints_move_too():
     ("scene", "names"), [(crossed(), '"ridge0" and "keels"'), (stack(1, 1.0, 2.0), '"ground" and "stone0"')]
 )
 def test_a_contact_point_that_lies_on_nothing_has_no_derivative(scene, names):
-    limit = limit_load(scene, SIDE)
-    point = 0.5 * limit.interfaces.point + [0.3, 0.3, 0.0]
-    elsewhere = replace(limit, interfaces=replace(limit.interfaces, point=point))
+    joints = find_interfaces(scene)
+    elsewhere = replace(joints, point=0.5 * joints.point + [0.3, 0.3, 0.0])
     with pytest.raises(InputError, match=f"{names}: a contact point lies on no corner and on no edge"):
-        limit_load_by_point(elsewhere, SIDE)
+        point_carriers(scene, elsewhere, 0, 0, [])
 
 
 def test_a_map_without_corners_names_none():

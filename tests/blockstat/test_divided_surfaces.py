@@ -82,6 +82,24 @@ def test_two_faces_without_width_side_by_side_lie_in_the_planes_beside_them():
         assert own.tolist() in ([0, 0, 1], [0, -1, 0])
 
 
+@pytest.mark.parametrize("width", [1e-7, 1e-8])
+def test_the_narrow_top_of_a_ridge_lies_in_no_plane_beside_it(width):
+    ridge = Assembly.from_blocks([prism([(-1, -1), (1, -1), (width / 2, 0), (-width / 2, 0)], 0, 1)])
+    top = np.argmax(ridge.planes.centre[:, 2])
+    assert ridge.planes.normal[top].tolist() == pytest.approx([0, 0, 1], abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_face_of_single_precision_that_has_no_width_hides_no_overlap(seed):
+    """In single precision its normal is any; the cube is sunk by half of its side and turned."""
+    position = turn(*np.random.default_rng(seed).uniform(0, 3, 3))
+    sunk = slab(-0.5, 0.5, sliver=True)
+    turned = [(np.asarray(own.vertices, dtype=float) @ position.T).astype(np.float32) for own in (GROUND, sunk)]
+    blocks = [Block(place.astype(float), own.faces) for place, own in zip(turned, (GROUND, sunk), strict=True)]
+    _, depth = overlaps(Assembly.from_blocks(blocks, supports=[0]), gap=0.01)
+    assert depth == pytest.approx([0.5], rel=1e-4)
+
+
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_what_has_a_face_without_width_is_repaired():
     mended, report = repair(Assembly.from_blocks([GROUND, slab(0, 1, sliver=True)], supports=[0]))

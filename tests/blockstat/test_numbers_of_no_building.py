@@ -101,18 +101,18 @@ def test_supports_are_true_or_false_for_each_block():
             SCENE.with_(support=bad)
 
 
-@pytest.mark.parametrize("top", [inf, nan, -1.0, "10", None])
+@pytest.mark.parametrize("top", [inf, nan, 0.0, -1.0, "10", None])
 def test_the_most_friction_that_is_tried_is_finite(top):
-    with pytest.raises(InputError, match=r"top is .*; it must be a finite number of at least 0"):
+    with pytest.raises(InputError, match=r"top is .*; it must be above 0"):
         friction_limit(SCENE, top=top)
 
 
 @pytest.mark.parametrize("width", [0.0, -1.0, nan, "wide"])
 def test_a_bracket_of_friction_has_a_width(width):
-    with pytest.raises(InputError, match=r"width is .*; it must be above 0"):
+    with pytest.raises(InputError, match=r"width is .*; it must be at least 1e-12"):
         friction_limit(SCENE, width=width)
 
 
 def test_a_bracket_of_friction_ends_where_no_number_is_between():
-    found = friction_limit(SCENE, gravity=(3, 0, -9), width=1e-300)
+    found = friction_limit(SCENE, gravity=(3, 0, -9), width=1e-12)
     assert (found.stands, found.falls) == pytest.approx((1 / 3, 1 / 3), rel=1e-5)

@@ -26,7 +26,7 @@ def laws(draw, groups):
     names = st.sampled_from(["*", *groups])
     return JointLaw(
         (draw(names), draw(names)),
-        friction=draw(MAYBE), tension=draw(AMOUNT), bond=draw(AMOUNT), cohesion=draw(MAYBE),
+        friction=draw(st.none() | st.floats(1e-3, 1e6)), tension=draw(AMOUNT), bond=draw(AMOUNT), cohesion=draw(MAYBE),
         bond_moment=draw(MAYBE), compression=draw(MAYBE), cells=draw(st.integers(0, 64)),
     )  # fmt: skip
 

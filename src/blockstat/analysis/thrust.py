@@ -415,14 +415,15 @@ def support_indices(assembly: Assembly, supports: Sequence[int | str]) -> Ints:
     Returns
     -------
     array of int
-        Numbers of the blocks, ascending, each once.
+        Numbers of the blocks, each once.
 
     Raises
     ------
     InputError
         For a block that is no support, naming the supports.
     """
-    indices = np.unique(assembly.blocks_named(supports, "supports"))
+    given = assembly.blocks_named(supports, "supports")
+    indices = given[np.sort(np.unique(given, return_index=True)[1])]
     for index in indices[~assembly.support[indices]]:
         names = ", ".join(assembly.names[i] for i in np.flatnonzero(assembly.support)[:8])
         raise InputError(f'supports: "{assembly.names[index]}" is no support; supports are: {names}')

@@ -14,8 +14,8 @@ import numpy as np
 
 from blockstat.typing import Floats, Ints
 
-#: A face that is narrower than this share of the size of its block has a normal of rounding, and is taken to lie in the
-#: plane of a neighbour.
+#: A face that is narrower than this share of the size of its block may have a normal of rounding, and is then taken to
+#: lie in the plane of a neighbour.
 NARROW = 1e-6
 
 
@@ -203,7 +203,7 @@ class Polyhedra:
 
     @cached_property
     def planes(self) -> FacePlanes:
-        """Planes of all faces; a face without width has the normal of the face beside its longest edge."""
+        """Planes of all faces; a face without width has the normal of a face beside it."""
         planes = face_planes(self.vertices[self.face_vertices], self.face_start)
         return replace(planes, normal=_with_those_beside(self, planes))
 
@@ -268,11 +268,23 @@ def _with_those_beside(blocks: Polyhedra, planes: FacePlanes) -> Floats:
         return planes.normal
     normal, left = planes.normal.copy(), set(np.flatnonzero(thin).tolist())
     beside = _beside_long_edges(blocks, length, left)
+    left -= {face for face in left if _is_bevel(normal[face], normal[[k for k in beside[face] if k not in left]])}
     while known := {face: near for face in left for near in beside[face] if near not in left}:
         for face, near in known.items():
             normal[face] = normal[near]
         left.difference_update(known)
     return normal
+
+
+def _is_bevel(normal: Floats, beside: Floats) -> bool:
+    """Whether a narrow face looks between the ways of two faces beside it, as the bevel or the fillet of an edge does.
+
+    The normal of three corners in one line is any at right angles to it.
+    """
+    cosine, own = beside @ beside.T, beside @ normal
+    between = np.minimum(own[:, None], own) >= cosine - NARROW**2
+    np.fill_diagonal(between, False)
+    return bool(normal.any() and between.any())
 
 
 def _beside_long_edges(blocks: Polyhedra, length: Floats, faces: Iterable[int]) -> dict[int, list[int]]:
