@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from blockstat import Assembly, Block, InputError, Outcome, assess, box, find_interfaces, limit_load, overlaps, repair
+from blockstat.geometry.topology import edge_topology
 
 GROUND = box((-1, -1, -1), (2, 2, 0))
 
@@ -167,7 +168,7 @@ def of_two(one, two, *, turned):
 
 def test_a_solid_inside_out_is_refused_and_a_cavity_is_not():
     beside = of_two(box((0, 0, 0), (1, 1, 1)), box((1.5, 0, 0), (2.4, 1, 1)), turned=True)
-    with pytest.raises(InputError, match="the faces of one of its solids point inwards"):
+    with pytest.raises(InputError, match="one of its surfaces looks the wrong way"):
         Assembly.from_blocks([beside])
     hollow = of_two(box((0, 0, 0), (1, 1, 1)), box((0.2, 0.2, 0.2), (0.8, 0.8, 0.8)), turned=True)
     with pytest.warns(match="separate solids"):
@@ -203,3 +204,63 @@ def test_blocks_that_share_a_warped_face_do_not_overlap_wherever_it_begins(first
     pair = Assembly.from_blocks([saddle(0, 1, 0, bend, first, 1), saddle(1, 2, bend, 0, 0, 0)], supports=[0])
     assert not len(overlaps(pair, gap=0.01)[0])
     assert find_interfaces(pair).contacts["face"] == 1
+
+
+@pytest.mark.parametrize("facets", [400, 1600])
+def test_an_edge_that_bends_little_by_little_is_no_chord(facets):
+    """A stone with a hollow underside, 28 mm high in its middle, over a pedestal as high as its ends."""
+    angle = np.linspace(0.075, -0.075, facets + 1)
+    hollow = np.column_stack([10 * np.sin(angle), 10 * np.cos(angle) - 10 * np.cos(0.075)])
+    stone = prism([*hollow.tolist()[::-1], (hollow[0, 0], 0.5), (hollow[-1, 0], 0.5)], 0, 0.5)
+    scene = Assembly.from_blocks([box((-0.1, -0.5, -0.3), (0.1, 1, 0)), stone], supports=[0])
+    assert find_interfaces(scene).n_interfaces == 0
+    assert assess(scene).outcome is Outcome.UNSTABLE
+
+
+def test_a_ring_of_edges_is_no_line():
+    """Edges of so many sides turn by less than what counts as a turn."""
+    sides = 70_000
+    angle = 2 * np.pi * np.arange(sides) / sides
+    ring = Assembly.from_blocks([prism(np.column_stack([np.cos(angle), np.sin(angle)]).tolist(), 0, 1)])
+    assert len(edge_topology(ring, np.array([0])).edge) == 2 * sides
+
+
+def cube_with(kind, low):
+    """A cube with a face without area: of three corners at one place, or of two at one end of an edge."""
+    cube = box((0, 0, low), (1, 1, low + 1))
+    corners, faces = [tuple(map(float, at)) for at in cube.vertices], [list(face) for face in cube.faces]
+    a, b = faces[0][:2]
+    if kind == "point":
+        faces.append([len(corners), len(corners) + 1, len(corners) + 2])
+        corners += [corners[a]] * 3
+    elif kind == "needle":
+        faces = [[len(corners) if k == a else k for k in faces[0]], *faces[1:], [a, b, len(corners)]]
+        corners += [corners[a]]
+    return Block(np.array(corners), faces)
+
+
+@pytest.mark.filterwarnings("ignore:1 blocks hold|2 blocks hold")
+@pytest.mark.parametrize("kind", ["plain", "point", "needle"])
+def test_a_face_whose_corners_coincide_hides_no_overlap_and_no_contact(kind):
+    sunk = Assembly.from_blocks([cube_with(kind, 0), cube_with(kind, 0.5)], supports=[0])
+    assert overlaps(sunk, gap=0.01)[1] == pytest.approx([0.5], rel=1e-6)
+    on_edge = cube_with(kind, 0)
+    turned = np.asarray(on_edge.vertices) @ turn(0, np.pi / 4, 0).T
+    turned[:, 2] -= turned[:, 2].min()
+    rests = Assembly.from_blocks([box((-3, -3, -1), (3, 3, 0)), Block(turned, on_edge.faces)], supports=[0])
+    assert find_interfaces(rests).contacts["edge"] == 1
+
+
+@pytest.mark.filterwarnings("ignore:1 blocks hold")
+def test_a_stone_in_a_cavity_of_a_stone_may_have_a_cavity():
+    def nested(*turned):
+        shells = [box([(8 - side) / 2] * 3, [(8 + side) / 2] * 3) for side in (8, 6, 4, 2)]
+        whole = shells[0]
+        for shell, inwards in zip(shells[1:], turned, strict=True):
+            whole = of_two(whole, shell, turned=inwards)
+        return Assembly.from_blocks([whole])
+
+    assert nested(True, False, True).volume[0] == pytest.approx(8**3 - 6**3 + 4**3 - 2**3, rel=1e-12)
+    for wrong in ((True, True, False), (False, True, False), (True, True, True)):
+        with pytest.raises(InputError, match="one of its surfaces looks the wrong way"):
+            nested(*wrong)

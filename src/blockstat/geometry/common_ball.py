@@ -174,14 +174,15 @@ def _triangles(blocks: Polyhedra, block: int) -> Floats:
     """Corners of the triangles of a block's surface, shape (n, 3, 3) [m]; two that share a warped face agree on it."""
     corners, faces = blocks.block_vertices(block), blocks.faces_of(block)
     first = int(np.searchsorted(blocks.face_block, block))
-    triangles, flat = [], []
-    for number, face in enumerate(faces, first):
-        fan = fans(corners[face], np.array([0, len(face)]))
-        side = np.cross(fan[:, 1] - fan[:, 0], fan[:, 2] - fan[:, 0]) @ blocks.planes.normal[number]
-        if blocks.planes.warp[number] > NARROW * blocks.size[block] and side.min() > 0:
+    bent = blocks.planes.warp[first : first + len(faces)] > NARROW * blocks.size[block]
+    triangles, flat = [], [face for face, warped in zip(faces, bent, strict=True) if not warped]
+    for number in np.flatnonzero(bent).tolist():
+        fan = fans(corners[faces[number]], np.array([0, len(faces[number])]))
+        side = np.cross(fan[:, 1] - fan[:, 0], fan[:, 2] - fan[:, 0]) @ blocks.planes.normal[first + number]
+        if side.min() > 0:
             triangles.append(fan)
         else:
-            flat.append(face)
+            flat.append(faces[number])
     return np.concatenate([*triangles, *([corners[triangulate(corners, flat)]] if flat else [])])
 
 

@@ -89,7 +89,7 @@ def _best_faces(blocks: Polyhedra, pairs: Ints, supporting: np.ndarray) -> tuple
             across = planes.normal[face]
             offset = np.einsum("nfj,nfj->nf", planes.centre[face] - origin, across)
             lowest = (across @ (corner - origin).swapaxes(1, 2)).min(axis=2) - offset
-            lowest[~supporting[face]] = -np.inf
+            lowest[~supporting[face] | ~across.any(axis=2)] = -np.inf
             top = lowest.argmax(axis=1)
             row = np.arange(len(own))
             best[own], normal[own] = lowest[row, top], across[row, top]

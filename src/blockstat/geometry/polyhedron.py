@@ -290,18 +290,29 @@ def _is_bevel(normal: Floats, beside: Floats) -> bool:
 def _beside_long_edges(blocks: Polyhedra, length: Floats, faces: Iterable[int]) -> dict[int, list[int]]:
     """The faces on the other side of the longest edge of each of some faces, and of those half as long; it comes last.
 
-    A face without width lies along its long edges, and so in the planes of the faces beside them.
+    A face without width lies along its long edges, and so in the planes of the faces beside them. One without length
+    lies in those of all faces at its place.
     """
     owner = np.repeat(np.arange(len(blocks.face_block)), np.diff(blocks.face_start))
-    place = merged_vertices(blocks)[blocks.face_vertices]
-    start, end = place, place[next_in_face(blocks.face_start)]
+    start = merged_vertices(blocks)[blocks.face_vertices]
+    end, n = start[next_in_face(blocks.face_start)], len(blocks.vertices)
+    forward = start * n + end
+    order, at_vertex = np.argsort(forward, kind="stable"), np.argsort(start, kind="stable")
+    walked, met = forward[order], start[at_vertex]
     found = {}
     for face in faces:
         corners = np.arange(blocks.face_start[face], blocks.face_start[face + 1])
         corners = corners[np.argsort(length[corners], kind="stable")]
-        corners = corners[2 * length[corners] >= length[corners[-1]]]
-        backs = [np.flatnonzero((start == end[k]) & (end == start[k])) for k in corners]
-        found[face] = [int(owner[back[0]]) for back in backs if len(back) == 1]
+        corners = corners[(2 * length[corners] >= length[corners[-1]]) & (start[corners] != end[corners])]
+        beside = []
+        for back in end[corners] * n + start[corners]:
+            others = owner[order[slice(*np.searchsorted(walked, [back, back + 1]))]]
+            others = others[others != face]
+            beside += others.tolist() if len(others) == 1 else []
+        if not len(corners):
+            vertex = start[blocks.face_start[face]]
+            beside = owner[at_vertex[slice(*np.searchsorted(met, [vertex, vertex + 1]))]].tolist()
+        found[face] = [other for other in beside if other != face]
     return found
 
 

@@ -60,7 +60,7 @@ def edge_topology(blocks: Polyhedra, chosen: Ints) -> Topology:
     faces = np.flatnonzero(wanted[blocks.face_block])
     owner, slot = members(blocks.face_start[faces], np.diff(blocks.face_start)[faces])
     face = faces[owner]
-    vertex = _merged(blocks, chosen, slot)
+    vertex = _merged(blocks, slot)
     following = next_in_face(blocks.face_start)
     tail, head = vertex[blocks.face_vertices[slot]], vertex[blocks.face_vertices[following[slot]]]
 
@@ -106,19 +106,37 @@ def _straightened(blocks: Polyhedra, ends: Ints, inward: Floats, crowded: np.nda
     A vertex at which no third edge ends does not divide an edge of the stone, wherever a mesh puts it.
     """
     following = _in_line(blocks, ends, crowded)
-    if not len(following):
-        return ends, inward, np.arange(len(ends))
-    _, whole = connected_components(len(ends), following)
-    runs = np.split(np.argsort(whole, kind="stable"), np.cumsum(np.bincount(whole))[:-1])
-    first = np.array([run[0] for run in runs])
-    edge, sides = ends[first], inward[first]
-    for k in np.flatnonzero(np.bincount(whole) > 1):
-        vertex, times = np.unique(ends[runs[k]], return_counts=True)
-        edge[k] = vertex[times == 1]
-        old, new = np.diff(blocks.vertices[[ends[first[k]], edge[k]]], axis=1)[:, 0]
-        if old @ new < 0:
-            sides[k] = sides[k, ::-1]
-    return edge, sides, whole
+    while len(following):
+        _, whole = connected_components(len(ends), following)
+        runs = np.split(np.argsort(whole, kind="stable"), np.cumsum(np.bincount(whole))[:-1])
+        several = np.flatnonzero(np.bincount(whole) > 1)
+        lines = {int(k): _line(blocks, ends[runs[k]], inward[runs[k]]) for k in several}
+        curved = [k for k, line in lines.items() if line is None]
+        if not curved:
+            first = np.array([run[0] for run in runs])
+            edge, sides = ends[first], inward[first]
+            for k, line in lines.items():
+                assert line is not None
+                edge[k], sides[k] = line
+            return edge, sides, whole
+        following = following[~np.isin(whole[following[:, 0]], curved)]
+    return ends, inward, np.arange(len(ends))
+
+
+def _line(blocks: Polyhedra, ends: Ints, inward: Floats) -> tuple[Ints, Floats] | None:
+    """The ends of a row of edges and its directions inwards; None where it bends or twists little by little."""
+    vertex, times = np.unique(ends, return_counts=True)
+    tips = vertex[times == 1]
+    if len(tips) != 2:
+        return None
+    line = blocks.vertices[tips[1]] - blocks.vertices[tips[0]]
+    offset = np.linalg.norm(np.cross(blocks.vertices[vertex] - blocks.vertices[tips[0]], line), axis=1)
+    if offset.max() > NARROW * float(blocks.size[blocks.vertex_block[tips[0]]]) * float(np.linalg.norm(line)):
+        return None
+    back = (blocks.vertices[ends[:, 1]] - blocks.vertices[ends[:, 0]]) @ line < 0
+    sides = np.where(back[:, None, None], inward[:, ::-1], inward)
+    twist = np.linalg.norm(np.cross(sides, sides[:1]), axis=2)
+    return (tips, sides[0]) if twist.max() < FLAT and (sides * sides[:1]).sum(axis=2).min() > 0 else None
 
 
 def _in_line(blocks: Polyhedra, ends: Ints, crowded: np.ndarray) -> Ints:
@@ -135,13 +153,17 @@ def _in_line(blocks: Polyhedra, ends: Ints, crowded: np.ndarray) -> Ints:
     return (place[:, straight] // 2).T
 
 
-def _merged(blocks: Polyhedra, chosen: Ints, slot: Ints) -> Ints:
-    """For each vertex the one that stands for it: itself, or the first of equal ones where the surface needs it."""
+def _merged(blocks: Polyhedra, slot: Ints) -> Ints:
+    """For each vertex the one that stands for it: itself, or the first of equal ones where its block needs it."""
     tail, head = blocks.face_vertices[slot], blocks.face_vertices[next_in_face(blocks.face_start)[slot]]
     merged = np.arange(n := len(blocks.vertices))
-    closed = np.array_equal(np.sort(tail * n + head), np.sort(head * n + tail))
-    if closed and not (blocks.vertices[tail] == blocks.vertices[head]).all(axis=1).any():
+    key, back = np.sort(tail * n + head), np.sort(head * n + tail)
+    short = (blocks.vertices[tail] == blocks.vertices[head]).all(axis=1)
+    loose = np.zeros(blocks.n_blocks, dtype=bool)
+    loose[blocks.vertex_block[np.concatenate([key[key != back] // n, tail[short]])]] = True
+    if not loose.any():
         return merged
+    chosen = np.flatnonzero(loose)
     own = members(blocks.vertex_start[chosen], np.diff(blocks.vertex_start)[chosen])[1]
     keys = np.column_stack([blocks.vertex_block[own], blocks.vertices[own] + 0.0])
     _, first, same = np.unique(keys, axis=0, return_index=True, return_inverse=True)

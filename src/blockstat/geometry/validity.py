@@ -16,6 +16,8 @@ from blockstat.geometry.triangulation import fans
 #: A block whose mean thickness, volume over half its surface, is below this fraction of its box diagonal has no volume:
 #: rounding of coordinates given to seven digits makes about 1e-7.
 FLAT = 1e-7
+#: So many corners of a surface are asked whether they lie in another one.
+PROBES = 9
 
 
 def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
@@ -55,8 +57,8 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
         for block in np.flatnonzero(~flat & (blocks.volume < 0)).tolist()
     ]
     wrong += [
-        f'block "{names[block]}": the faces of one of its solids point inwards; list their corners counter-clockwise '
-        "seen from outside, or let `blockstat repair` turn them"
+        f'block "{names[block]}": one of its surfaces looks the wrong way; list corners counter-clockwise seen from '
+        "outside the stone, or let `blockstat repair` turn them"
         for block, label in surface_of.items()
         if blocks.volume[block] > 0 and _has_solid_inside_out(blocks, block, label)
     ]
@@ -65,19 +67,28 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
 
 
 def _has_solid_inside_out(blocks: Polyhedra, block: int, label: np.ndarray) -> bool:
-    """Whether a closed surface of a block looks inwards although it is no cavity; `label` is that of each face."""
+    """Whether a surface of a block looks inwards although it is no cavity, or outwards although it is one.
+
+    `label` is the surface of each face. A cavity lies inside an odd number of other surfaces.
+    """
     faces = np.arange(*np.searchsorted(blocks.face_block, [block, block + 1]))
     surfaces = []
     for own in (faces[label == one] for one in np.unique(label)):
         corners = np.concatenate([blocks.face_vertices[slice(*blocks.face_start[f : f + 2])] for f in own])
         start = np.concatenate([[0], np.cumsum(np.diff(blocks.face_start)[own])])
         place = blocks.vertices[corners]
-        turned = integrals(place, start, np.zeros(len(own), dtype=np.int64), 1).volume[0] < 0
-        surfaces.append((fans(place, start), place[0], turned))
-    return any(
-        turned and sum(contains(triangles, point) for triangles, _, hollow in surfaces if not hollow) % 2 == 0
-        for _, point, turned in surfaces
-    )
+        volume = float(integrals(place, start, np.zeros(len(own), dtype=np.int64), 1).volume[0])
+        if abs(volume) > FLAT * float(blocks.volume[block]):
+            outwards = fans(place, start)[:, ::-1] if volume < 0 else fans(place, start)
+            surfaces.append((outwards, place[:PROBES], volume < 0))
+
+    def looks_the_wrong_way(k: int) -> bool:
+        around = [own for number, (own, _, _) in enumerate(surfaces) if number != k]
+        inside = [sum(contains(own, point) for own in around) % 2 for point in surfaces[k][1]]
+        # Some corners of a cavity may lie on another surface, and solids of one block may overlap in part.
+        return 2 * sum(inside) < len(inside) if surfaces[k][2] else sum(inside) == len(inside)
+
+    return any(looks_the_wrong_way(k) for k in range(len(surfaces)))
 
 
 def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> np.ndarray:
