@@ -199,3 +199,12 @@ def test_a_window_far_above_the_wall_is_refused_by_its_key(sill, height):
         warnings.simplefilter("error")
         with pytest.raises(InputError, match=r"^windows.south: sill and height reach beyond the wall of 2.4 m$"):
             build(scene_from(scene))
+
+
+@pytest.mark.parametrize("none", [{"number": 0}, {"at": []}])
+def test_openings_that_are_none_need_no_room_for_a_head(none):
+    bare = walls([Run(name="a", path=[(0, 0), (4, 0)], thickness=0.4, height=2.0)])
+    opening = Opening(width=1.0, height=1.75, depth=1.0, **none)
+    assert len(walls([Run(name="a", path=[(0, 0), (4, 0)], thickness=0.4, height=2.0, openings=[opening])])) == len(
+        bare
+    )

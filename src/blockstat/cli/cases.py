@@ -157,11 +157,18 @@ def cases_command(
         with at_work(f"{len(cases)} load cases"):
             for row in case_answers(assembly, cases, gap=near):
                 rows.append(row)
-    finally:  # an interrupt leaves what is done
-        if rows and as_json:
-            print_json({"file": str(file), "rows": rows})
-        elif rows:
-            _print_table(rows)
+    except KeyboardInterrupt:
+        if rows:
+            _print(file, rows, as_json)
+        raise
+    _print(file, rows, as_json)
+
+
+def _print(file: Path, rows: list[dict[str, Any]], as_json: bool) -> None:
+    if as_json:
+        print_json({"file": str(file), "rows": rows})
+    else:
+        _print_table(rows)
 
 
 def _print_table(rows: list[dict[str, Any]]) -> None:

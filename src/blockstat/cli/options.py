@@ -16,7 +16,7 @@ import typer
 
 from blockstat.errors import InputError, InputWarning
 from blockstat.system.process import INTERRUPTED
-from blockstat.system.writing import check_file
+from blockstat.system.writing import check_writable
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -80,7 +80,7 @@ def check_place(path: Path, *suffixes: str) -> None:
     """
     if suffixes and path.suffix.lower() not in suffixes:
         raise InputError(f'{path}: cannot write "{path.suffix}"; it is written as: {", ".join(suffixes)}')
-    check_file(path)
+    check_writable(path)
 
 
 def file_to_write(*suffixes: str) -> Callable[[Path | None], Path | None]:

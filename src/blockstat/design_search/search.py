@@ -38,7 +38,7 @@ from blockstat.errors import InputError, check_choice, check_count, known_option
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.spec import Scene
 from blockstat.system.old_names import renamed_options
-from blockstat.system.writing import check_file
+from blockstat.system.writing import check_writable
 
 __all__ = [
     "BY_STATICS", "ERROR", "PRUNED", "STRATEGIES", "UNASKED", "Candidate", "Dynamic", "FailureTarget", "Margin",
@@ -163,7 +163,7 @@ def search(
     elif imperfections is not None:
         conditions = f"{conditions} {imperfections}"
     if history is not None:
-        check_file(Path(history))
+        check_writable(Path(history))
     log = History(Path(history), space.names, digest(space.scene, conditions)) if history is not None else None
     joints = SharedJoints()
     # Joints without their edges are for statics alone.

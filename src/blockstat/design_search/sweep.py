@@ -27,7 +27,7 @@ from blockstat.spec import Scene, build, parameters, scene_from, with_values
 from blockstat.system.lock import locked
 from blockstat.system.rows import append_rows, kept_rows, read_rows
 from blockstat.system.workers import as_they_come
-from blockstat.system.writing import check_file
+from blockstat.system.writing import check_writable
 
 Values = Mapping[str, float]
 #: Evaluates a design: plain values, of which a line of the file is made.
@@ -286,7 +286,7 @@ def sweep(
     check_count("batch", batch)
     if jobs is not None:
         check_count("jobs", jobs)
-    check_file(path)
+    check_writable(path)
     with locked(path.parent, name=f".{path.name}-lock"):
         return _swept(scene, designs, path, measure, jobs, batch, progress)
 

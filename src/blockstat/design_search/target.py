@@ -230,7 +230,9 @@ def _lightest_at(evaluator: Evaluator, margin: AtPoint) -> Values | None:
     finally:
         for key, row in own.rows.items():
             if row.simulated and key not in evaluator.rows:
-                evaluator.enter(key, replace(row, reserve=None, slopes=()), new=key not in evaluator.known)
+                before = evaluator.known.get(key)
+                new = before is None or before.dynamic != row.dynamic
+                evaluator.enter(key, replace(row, reserve=None, slopes=()), new=new)
 
 
 def _worst(population: Population, direction: tuple[float, float, float], beta: float) -> tuple[Floats, float]:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_positive, known_options
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.result import Result, plain
 from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, held_by_props
@@ -137,8 +137,7 @@ def decentring(
     >>> found.displacement[1, 2].round(6).item()
     -0.01
     """
-    if not isinstance(lowering, (int, float)) or not 0 < lowering < np.inf:
-        raise InputError(f"lowering is {lowering!r}; it must be a finite length above 0, in metres")
+    check_positive("lowering", lowering)
     options: dict[str, Any] = {"friction": friction, "gap": gap, "interfaces": interfaces}
     problem, found, twist = held_by_props(assembly, state, props, least="total", **options)
     if found.outcome is FalseworkOutcome.NOT_HELD:

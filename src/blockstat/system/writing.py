@@ -12,7 +12,7 @@ from secrets import token_hex
 from blockstat.errors import InputError
 
 
-def check_file(path: Path) -> None:
+def check_writable(path: Path) -> None:
     """Refuse a file that cannot be written; better asked before long work than after.
 
     Parameters

@@ -24,9 +24,9 @@ from blockstat.model.walling.walls import check_sizes
 
 #: Keys of a run that say nothing about a round one.
 STRAIGHT = ("name", "present", "path", "align", "closed", "gable")
-WIDEST = math.radians(
-    60.0
-)  #: angle of one brick, lintel or coping stone: a straight side of it is then inside the thickness
+#: Angle of one brick, lintel or coping stone: a straight side of it is then inside the thickness.
+WIDEST = math.radians(60.0)
+LEAST_BEARING = 0.25  #: of half a brick: to so little the bearing of a lintel is shortened where none is asked
 
 
 def arc_wall(
@@ -93,8 +93,7 @@ def arc_wall(
     pattern = replace(pattern, staggered=False)
     if pattern.brick / radius > WIDEST:
         raise InputError(f'wall "{name}": bricks of {pattern.brick:.3g} m are too long for a radius of {radius:g} m')
-    _check_lintels(run, pattern.brick, radius)
-    strip = _with_coping(strip, pattern.brick, radius)
+    strip = _with_coping(_with_bearings(strip, pattern.brick, radius), pattern.brick, radius, sliver)
     found = heads(strip, pattern.brick, brick[1])
     rows = [_row(strip, course, found, pattern, closed) for course in range(strip.top)]
     return brickwork(rows, pattern, sliver, {}, round_the_ring=closed) + head_stones(strip, found, {})
@@ -137,19 +136,26 @@ def _strip(
     return Strip(run, axis, (-t / 2, right), (t / 2, -left), levels, top, top, f"wall.{run.name}")
 
 
-def _check_lintels(run: Run, brick: float, radius: float) -> None:
+def _with_bearings(strip: Strip, brick: float, radius: float) -> Strip:
+    """The strip with the bearings of its lintels said, by default as short as the radius needs."""
+    run, most, openings = strip.run, WIDEST * radius, []
     for k, opening in enumerate(run.openings):
         bearing = bearing_of(opening, brick)
-        if opening.present and opening.width + 2 * bearing > WIDEST * radius:
+        if opening.bearing is None:
+            bearing = max(min(bearing, (most - opening.width) / 2), bearing * LEAST_BEARING)
+        if opening.present and opening.number and opening.at != [] and opening.width + 2 * bearing > most:
             raise InputError(
                 f'wall "{run.name}": openings[{k}]: width is {opening.width:g} and bearing {bearing:.3g}; the lintel '
-                f"is too long for the radius: width and two bearings must be up to {WIDEST * radius:.3g} m together"
+                f"is too long for the radius: width and two bearings must be up to {most:.3g} m together"
             )
+        openings.append(replace_keys(opening, bearing=bearing))
+    return replace(strip, run=replace_keys(run, openings=openings))
 
 
-def _with_coping(strip: Strip, brick: float, radius: float) -> Strip:
+def _with_coping(strip: Strip, brick: float, radius: float, sliver: float) -> Strip:
     """The strip with the length of its coping stones said, by default as short as the radius needs."""
-    run, coping, most = strip.run, strip.run.coping, WIDEST * radius
+    run, coping = strip.run, strip.run.coping
+    most = WIDEST * radius / (1 + sliver)  # a short rest is one with its neighbour
     if coping is None:
         return strip
     if coping.length is not None and coping.length > most:

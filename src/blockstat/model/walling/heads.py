@@ -58,12 +58,12 @@ def heads(strip: Strip, brick: float, nominal: float) -> list[Head]:
         if opening.segment != strip.segment or not opening.present:
             continue
         label = f'wall "{strip.run.name}": openings[{k}]'
+        places = centres(opening, strip, label)
+        if not places:
+            continue
         bottom, top = _beds(opening, strip, nominal, label)
         chain, stones = _spanning(opening, strip, top, brick, nominal, label)
-        found += [
-            _head(opening, strip, (bottom, top), centre, chain, stones, label)
-            for centre in centres(opening, strip, label)
-        ]
+        found += [_head(opening, strip, (bottom, top), centre, chain, stones, label) for centre in places]
     return found
 
 
