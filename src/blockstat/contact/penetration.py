@@ -294,8 +294,8 @@ def face_separation(
     first_face = np.searchsorted(face_block, np.arange(len(vertex_start)))
     work = np.cumsum(np.diff(first_face)[pairs[:, 0]] * np.diff(vertex_start)[pairs[:, 1]])
     chunks = np.split(np.arange(len(pairs)), np.searchsorted(work, np.arange(CHUNK, work[-1], CHUNK)))
-    allowed = planes.normal.any(axis=1)  # a face without a plane separates nothing
-    allowed &= True if faces is None else faces
+    allowed = np.asarray(planes.normal.any(axis=1))  # a face without a plane separates nothing
+    allowed = allowed if faces is None else allowed & faces
     return np.concatenate(
         [_chunk(vertices, vertex_start, planes, first_face, pairs[rows], allowed) for rows in chunks if len(rows)]
     )
