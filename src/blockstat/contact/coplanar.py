@@ -154,7 +154,7 @@ def _merged(patches: Patches, allowed: Floats) -> list[Patch]:
         tolerance = float(allowed[patches.pair[rest[0]]].min())
         while len(rest):
             seed = rest[0]
-            first = normal[seed], patches.origin[seed], patches.gap[seed]
+            first = normal[seed], patches.origin[seed], float(patches.gap[seed])
             same = in_one_plane(*first, normal[rest], patches.origin[rest], patches.gap[rest], tolerance)
             same[0] = True
             merged.append(joined(own[seed], [own[i] for i in rest[same]]) if same.sum() > 1 else own[seed])
