@@ -324,7 +324,8 @@ def check_positive(what: str, value: Any, *, least: float = 0.0) -> None:
     InputError
         For anything else.
     """
-    if isinstance(value, (int, float, np.number)) and np.isfinite(value) and value >= least and value > 0:
+    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    if number and value >= least and 0 < value < np.inf:
         return
     bound = f"at least {least:g}" if least else "above 0"
     finite = " and finite" if isinstance(value, (float, np.floating)) and not np.isfinite(value) else ""

@@ -42,8 +42,8 @@ def check_overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = 
     assembly : Assembly
         The blocks.
     gap : float or str
-        Overlaps up to this gap of a joint, a share of the size of the smaller block or a length such as "2 mm",
-        are joints.
+        Overlaps up to what a joint may be open do not count: a share of the size of the smaller block or a length such
+        as "2 mm", and at most a quarter of the thickness of a plate.
     near : array of int, shape (n, 2), optional
         Pairs of blocks among which to look; None for all.
 
@@ -68,9 +68,7 @@ def check_overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = 
 
 def _refuse_deep(assembly: Assembly, pairs: Ints, depth: Floats) -> None:
     """Raise InputError when the overlap that is deepest for its blocks is deeper than `DEEP`."""
-    # Of a cube the mean thickness is a third of its size; a plate is thinner than its size says.
-    extent = np.minimum(assembly.size, 3 * mean_thickness(assembly))
-    relative = depth / extent[pairs].min(axis=1)
+    relative = _relative(assembly, pairs, depth)
     if not len(pairs) or relative.max() <= DEEP:
         return
     worst = int(relative.argmax())
@@ -80,6 +78,13 @@ def _refuse_deep(assembly: Assembly, pairs: Ints, depth: Floats) -> None:
     if lies_inside(assembly, inner, outer):
         what = f'block "{assembly.names[inner]}" lies inside block "{assembly.names[outer]}"'
     raise InputError(f"{what}; rigid blocks may touch but not overlap")
+
+
+def _relative(assembly: Assembly, pairs: Ints, depth: Floats) -> Floats:
+    """How deep overlaps are for the smaller of their blocks; a plate is smaller than the cube root of its volume."""
+    # Of a cube the mean thickness is a third of its size.
+    extent = np.minimum(assembly.size, 3 * mean_thickness(assembly))
+    return np.asarray(depth / extent[pairs].min(axis=1))
 
 
 def check_copies(assembly: Assembly) -> None:
@@ -150,7 +155,7 @@ def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
     str
         One sentence without a period.
     """
-    worst = int((depth / assembly.size[pairs].min(axis=1)).argmax())
+    worst = int(_relative(assembly, pairs, depth).argmax())
     a, b = (assembly.names[i] for i in pairs[worst])
     return f'{len(pairs)} pairs of blocks overlap, the worst "{a}" and "{b}" by {depth[worst]:.2g} m'
 
@@ -163,8 +168,8 @@ def overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) 
     assembly : Assembly
         The blocks. Two supports may overlap.
     gap : float or str
-        Overlaps up to this gap of a joint, a share of the size of the smaller block or a length such as "2 mm",
-        do not count.
+        Overlaps up to what a joint may be open do not count: a share of the size of the smaller block or a length such
+        as "2 mm", and at most a quarter of the thickness of a plate.
     near : array of int, shape (n, 2), optional
         Pairs among which to look, as `blockstat.contact.interfaces.near_blocks` gives them; None for all.
 

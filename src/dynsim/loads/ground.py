@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.errors import InputError, check_positive
+from blockstat.errors import InputError, check_positive, check_vector
 from blockstat.typing import Floats
-from dynsim.checks import not_negative, vector_of
+from dynsim.checks import not_negative
 from dynsim.engine.world import World
 
 #: Shapes of a pulse over its duration, x from 0 to 1.
@@ -110,7 +110,7 @@ class Ramp(Ground):
     duration: float  #: [s]
 
     def __post_init__(self) -> None:
-        vector_of(self.to, "ramp: to")
+        check_vector("ramp: to", self.to)
         check_positive("ramp: duration", self.duration)
 
     @property
@@ -167,7 +167,7 @@ class Pulse(Ground):
     start: float = 0.0  #: [s]
 
     def __post_init__(self) -> None:
-        vector_of(self.peak, "pulse: peak")
+        check_vector("pulse: peak", self.peak)
         check_positive("pulse: duration", self.duration)
         not_negative(self.start, "pulse: start")
         if self.shape not in SHAPES:

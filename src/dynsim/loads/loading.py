@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from blockstat.assembly import Assembly
-from blockstat.errors import InputError, check_positive
+from blockstat.errors import InputError, check_positive, check_vector
 from blockstat.typing import Floats
-from dynsim.checks import not_negative, vector_of
+from dynsim.checks import not_negative
 from dynsim.engine.world import World
 
 LEVEL = 1e-3  #: an axis whose cosine with gravity is no more is level
@@ -39,7 +39,7 @@ class Tilt:
     travel = 0.0
 
     def __post_init__(self) -> None:
-        vector_of(self.axis, "tilt: axis")
+        check_vector("tilt: axis", self.axis)
         check_positive("tilt: to", abs(self.to))
         check_positive("tilt: rate", self.rate)
 
@@ -286,9 +286,9 @@ class Push:
             raise InputError("push: a point goes with an impulse; a velocity is the whole block's")
         for name in ("velocity", "impulse"):
             if getattr(self, name) is not None:
-                vector_of(getattr(self, name), f"push: {name}")
+                check_vector(f"push: {name}", getattr(self, name))
         if self.point is not None:
-            vector_of(self.point, "push: point", zero=True)
+            check_vector("push: point", self.point, zero=True)
         not_negative(self.time, "push: time")
 
     @property

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_vector
 from blockstat.system.reading import text_of
-from dynsim.checks import vector_of
 from dynsim.loads.ground import Record
 
 FORM = "a line holds a time [s] and one, two or three accelerations [m/s2], separated by commas, semicolons or blanks"
@@ -54,7 +53,7 @@ def read_record(path: str | Path, *, direction: Sequence[float] = X, scale: floa
     [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
     """
     path = Path(path)
-    along = vector_of(direction, "record: direction")
+    along = check_vector("record: direction", direction)
     if not (math.isfinite(scale) and scale != 0):
         raise InputError(f"record: scale is {scale!r}; it must be a number other than 0")
     rows = _rows(path)

@@ -49,7 +49,7 @@ class Coping(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=Tr
     """
 
     overhang: Size = 0.05  #: beyond each face [m]
-    length: Length | None = None  #: of the stones, by default two bricks; of a round wall up to 60 degrees [m]
+    length: Length | None = None  #: of the stones, by default two bricks; of a round wall up to 45 degrees [m]
     height: Length | None = None  #: of raked stones on a gable, normal to the slope, by default one course [m]
 
 
