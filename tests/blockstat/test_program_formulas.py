@@ -579,7 +579,8 @@ def test_a_prismatic_scene_moves_in_its_plane_alone(axis):
     own = penalty_program(eq, np.full(eq.n_columns, 0.5), plane=plane)
     assert own.plane is plane
     planar, _, rates = in_plane(own, np.random.default_rng(axis))
-    normal, along = own.planar_rates
+    blocks = own.point_blocks[plane.first]
+    normal, along = (in_place(local, blocks, eq.n_blocks).T for local in own.planar_local)
     assert normal @ planar == pytest.approx(rates[plane.first, 0], abs=1e-12)
     assert along @ planar == pytest.approx((rates[plane.first, 1:] * plane.tangent).sum(axis=1), abs=1e-12)
 

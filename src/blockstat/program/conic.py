@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from blockstat.program.equilibrium import in_place
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.program.planar import Plane
 from blockstat.typing import Floats, Ints
@@ -292,27 +293,27 @@ def _in_space(program: PenaltyProgram, cost: Floats, offset: Floats | None) -> C
 
 def _in_plane(program: PenaltyProgram, plane: Plane, cost: Floats, offset: Floats | None) -> ConicProgram:
     """Each pair of points is two half-planes, g_n + mu g_t >= 0 and g_n - mu g_t >= 0."""
-    normal, along = program.planar_rates
     mu = program.friction[plane.first]
     scale = np.tile(1.0 / np.maximum(mu, 1.0), 2)
-    sideways = sparse.diags_array(mu) @ along
-    both = sparse.vstack([normal + sideways, normal - sideways])
     bound = np.zeros(2 * len(mu))
     if offset is not None:
         head, tangent = plane.offsets(offset)
         bound = scale * np.concatenate([head + mu * tangent, head - mu * tangent])
     head, tangent = program.planar_local
     tangent = mu[:, None] * tangent
+    local = scale[:, None] * np.concatenate([head + tangent, head - tangent])
+    pair = np.tile(program.point_blocks[plane.first], (2, 1))
+    n_blocks = len(program.load) // 6
     return ConicProgram(
         cost=plane.unfold.T @ cost,
-        matrix=sparse.csr_array(sparse.diags_array(-scale) @ both),
+        matrix=in_place(-local, pair, n_blocks).T,
         bound=bound,
         n_triples=0,
         n_zeros=0,
         n_half=2 * len(mu),
-        local=scale[:, None] * np.concatenate([head + tangent, head - tangent]),
-        pair=np.tile(program.point_blocks[plane.first], (2, 1)),
-        n_blocks=len(program.load) // 6,
+        local=local,
+        pair=pair,
+        n_blocks=n_blocks,
         width=3,
         penalty=sparse.csr_array((0, len(cost) // 2)),
         penalty_local=np.empty((0, 6)),
@@ -331,9 +332,9 @@ def _with_penalty(conic: ConicProgram, program: PenaltyProgram) -> ConicProgram:
         owners = program.point_blocks[: program.n_points]
     else:
         # Two points a pair, so the penalty on a pair counts twice.
-        root, normal = np.sqrt(2.0), program.planar_rates[0]
-        penalty, local = sparse.csr_array(root * normal), root * program.planar_local[0]
+        local = np.sqrt(2.0) * program.planar_local[0]
         owners = program.point_blocks[conic.plane.first]
+        penalty = in_place(local, owners, conic.n_blocks).T
     return replace(conic, penalty=penalty, penalty_local=local, pair=np.concatenate([conic.pair, owners]))
 
 

@@ -131,7 +131,8 @@ def in_place(local: Floats, point_blocks: Ints, n_blocks: int) -> sparse.csc_arr
     Parameters
     ----------
     local
-        Entries of each column in the rows of its blocks a and b, shape (3 n, 12).
+        Entries of each column in the rows of its blocks a and b, k columns for each point and w rows for each block:
+        3 and 6 in space. Shape (k n, 2 w).
     point_blocks
         Row of block a and of block b, -1 for a support, shape (n, 2).
     n_blocks
@@ -140,18 +141,19 @@ def in_place(local: Floats, point_blocks: Ints, n_blocks: int) -> sparse.csc_arr
     Returns
     -------
     sparse.csc_array
-        A, shape (6 n_blocks, 3 n), with sorted indices.
+        A, shape (w n_blocks, k n), with sorted indices.
     """
+    width, columns = local.shape[1] // 2, len(local) // max(len(point_blocks), 1)
     turned = point_blocks[:, 0] > point_blocks[:, 1]
-    first = 6 * np.sort(point_blocks, axis=1).astype(np.int32)
-    row = (first[:, :, None] + np.arange(6, dtype=np.int32)).reshape(-1, 12)
+    first = width * np.sort(point_blocks, axis=1).astype(np.int32)
+    row = (first[:, :, None] + np.arange(width, dtype=np.int32)).reshape(-1, 2 * width)
     if turned.any():
-        local = local.reshape(-1, 3, 2, 6)
-        local = np.where(turned[:, None, None, None], local[:, :, ::-1], local).reshape(-1, 12)
+        local = local.reshape(-1, columns, 2, width)
+        local = np.where(turned[:, None, None, None], local[:, :, ::-1], local).reshape(-1, 2 * width)
     there = local != 0  # a third of the entries where blocks stand along the axes
     start = np.concatenate([[0], np.cumsum(there.sum(axis=1))]).astype(np.int32)
-    index = np.repeat(row, 3, axis=0)[there]
-    return sparse.csc_array((local[there], index, start), shape=(6 * n_blocks, len(local)))
+    index = np.repeat(row, columns, axis=0)[there]
+    return sparse.csc_array((local[there], index, start), shape=(width * n_blocks, len(local)))
 
 
 def weight(assembly: Assembly) -> Floats:

@@ -59,14 +59,8 @@ class PenaltyProgram:
         return in_place(self.local, self.point_blocks, len(self.load) // 6)
 
     @cached_property
-    def planar_rates(self) -> tuple[sparse.csr_array, sparse.csr_array]:
-        """Rows that take planar twists to (g_n, g_t) of each pair of a prismatic scene, shape (p, 3 n) each."""
-        assert self.plane is not None
-        return self.plane.rates(self.matrix)
-
-    @cached_property
     def planar_local(self) -> tuple[Floats, Floats]:
-        """The entries of `planar_rates` in the columns of blocks a and b, shape (p, 6) each."""
+        """What takes planar twists of blocks a and b to (g_n, g_t) of each pair of points, shape (p, 6) each."""
         assert self.plane is not None
         return self.plane.local(self.local)
 

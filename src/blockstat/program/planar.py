@@ -92,27 +92,8 @@ class Plane:
         error = max(np.abs(rate[points] - expected).max(initial=0.0) for points in (self.first, self.second))
         return bool(error <= OUT_OF_PLANE * np.abs(rate).max(initial=0.0))
 
-    def rates(self, matrix: sparse.csc_array) -> tuple[sparse.csr_array, sparse.csr_array]:
-        """Return the rows that take planar twists to (g_n, g_t) of each pair.
-
-        Parameters
-        ----------
-        matrix
-            A of the whole scene, shape (6 n, 3 m).
-
-        Returns
-        -------
-        normal, along : sparse.csr_array
-            Shape (p, 3 n) each.
-        """
-        rows = matrix.T.tocsr()
-        normal = rows[3 * self.first]
-        along = sparse.diags_array(self.tangent[:, 0]) @ rows[3 * self.first + 1]
-        along = along + sparse.diags_array(self.tangent[:, 1]) @ rows[3 * self.first + 2]
-        return sparse.csr_array(normal @ self.unfold), sparse.csr_array(along @ self.unfold)
-
     def local(self, local: Floats) -> tuple[Floats, Floats]:
-        """Return the entries of `rates` in the columns of the two blocks.
+        """Return the rows that take planar twists of the two blocks to (g_n, g_t) of each pair.
 
         Parameters
         ----------

@@ -177,9 +177,8 @@ def pair_points(assembly: Assembly, contacts: ContactPairs, pose: Pose, paramete
     Floats
         Shape (n, 2, 3) [m].
     """
-    own = [displaced_points(assembly, pose, contacts.pair[:, side], contacts.anchor[:, side]) for side in (0, 1)]
-    points: Floats = np.stack(own, axis=1) + parameter * contacts.drive
-    return points
+    own = displaced_points(assembly, pose, contacts.pair.reshape(-1), contacts.anchor.reshape(-1, 3))
+    return own.reshape(-1, 2, 3) + parameter * contacts.drive
 
 
 def edge_crossings(contacts: ContactPairs, pose: Pose, points: Floats) -> tuple[Floats, Floats]:

@@ -79,8 +79,9 @@ def displaced_points(assembly: Assembly, pose: Pose, block: Ints, point: Floats)
     Floats
         Shape (n, 3) [m].
     """
-    arm = point - assembly.centroid[block]
-    return assembly.centroid[block] + pose.displacement[block] + np.einsum("nij,nj->ni", pose.rotation[block], arm)
+    centroid = assembly.centroid[block]
+    arm = point - centroid
+    return centroid + pose.displacement[block] + np.einsum("nij,nj->ni", pose.rotation[block], arm)
 
 
 def points_at_rest(assembly: Assembly, pose: Pose, block: Ints, point: Floats) -> Floats:

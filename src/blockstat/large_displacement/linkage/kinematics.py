@@ -221,14 +221,12 @@ def _equations(linkage: Linkage, pose: Pose, parameter: float, motion: Floats) -
     gap = np.einsum("ni,ni->n", across, apart[slid])
     if linkage.associated:
         across, gap = across - _dilatancy(linkage, pose, slid, place, across, motion), 0.0 * gap
-    pins = relative_velocity_rows(
-        linkage.body, contacts.pair[np.repeat(stuck, 3)], np.tile(np.eye(3), (len(stuck), 1)),
-        (np.repeat(points[stuck, 0], 3, axis=0), np.repeat(points[stuck, 1], 3, axis=0)), origin,
-    )  # fmt: skip
-    slides = relative_velocity_rows(linkage.body, contacts.pair[slid], across, (place, place), origin)
+    one, two = (np.vstack([np.repeat(points[stuck, side], 3, axis=0), place]) for side in (0, 1))
+    pair = contacts.pair[np.append(np.repeat(stuck, 3), slid)]
+    normals = np.vstack([np.tile(np.eye(3), (len(stuck), 1)), across])
     residual = [apart[stuck].reshape(-1), gap]
     rate = [-driven[stuck].reshape(-1), -np.einsum("ni,ni->n", across, driven[slid])]
-    parts = [pins, slides]
+    parts = [relative_velocity_rows(linkage.body, pair, normals, (one, two), origin)]
     if len(linkage.ties):
         row, lengthening, by_supports = tie_rows(linkage, pose, parameter, origin)
         parts.append(row)

@@ -140,12 +140,12 @@ class Linkage:
         order = np.argsort(group, kind="stable")
         return np.split(rows[order], np.flatnonzero(np.diff(group[order])) + 1)
 
-    @property
+    @cached_property
     def n_bodies(self) -> int:
         """The number of rigid bodies that move."""
         return int(self.body.max(initial=-1)) + 1
 
-    @property
+    @cached_property
     def length(self) -> float:
         """The length that rotations are multiplied by as unknowns [m]: the mean size of the blocks."""
         return float(self.assembly.size.mean())
@@ -176,9 +176,9 @@ class Linkage:
         """
         now = pose.centroids(self.assembly)
         own = self.body >= 0
-        count = np.bincount(self.body[own], minlength=self.n_bodies)
-        sums = [np.bincount(self.body[own], now[own, k], self.n_bodies) for k in range(3)]
-        return np.stack(sums, axis=1) / count[:, None]
+        body, n = self.body[own], self.n_bodies
+        sums = [np.bincount(body, now[own, k], n) for k in range(3)]
+        return np.array(sums).T / np.bincount(body, minlength=n)[:, None]
 
     def body_motions(self, motion: Floats) -> Floats:
         """Return the motions of the bodies nearest to motions of the blocks: the mean velocity and mean rotation rate.
