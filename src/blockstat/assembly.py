@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -61,6 +61,11 @@ class Block:
     name: str = ""
     group: str = ""
     density: float | None = None
+
+
+#: The fields that give blocks their shapes, and what is computed of these.
+GEOMETRY = {own.name for own in fields(Polyhedra)}
+OF_SHAPES = {name for name, value in vars(Polyhedra).items() if isinstance(value, cached_property)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,6 +297,9 @@ class Assembly(Polyhedra):
         if "ties" in changes:
             changes["ties"] = tuple(changes["ties"])
         changed = replace(self, **changes)
+        if not GEOMETRY & changes.keys():
+            # The same blocks: what has been computed of their shapes is not computed again.
+            vars(changed).update((name, value) for name, value in vars(self).items() if name in OF_SHAPES)
         _check_ties(changed)
         return changed
 

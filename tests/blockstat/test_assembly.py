@@ -105,6 +105,18 @@ def test_laws_and_ties_of_a_copy_are_checked():
     assert isinstance(tied.ties, tuple)
 
 
+def test_what_is_computed_of_shapes_is_computed_once_until_they_change():
+    asm = single(box((0, 0, 0), (1, 2, 3)))
+    planes, mass = asm.planes, asm.mass
+    lighter = asm.with_(density=1.0)
+    assert lighter.planes is planes
+    assert lighter.mass == pytest.approx(mass / 2)
+    twice = asm.with_(vertices=2 * asm.vertices)
+    assert twice.volume == pytest.approx(8 * asm.volume)
+    assert twice.size == pytest.approx(2 * asm.size)
+    np.testing.assert_allclose(twice.planes.centre, 2 * planes.centre)
+
+
 def test_densities_names_and_groups_are_those_of_the_blocks():
     blocks = [box((0, 0, 0), (1, 1, 2)), box((1, 0, 0), (3, 1, 1), density=7.0, group="g"), box((4, 0, 0), (5, 1, 1))]
     asm = Assembly.from_blocks(blocks, supports=[1], density=3.0, gravity=(0, 3, -4), metadata={"k": 1})
