@@ -4,7 +4,8 @@ A joint whose faces are some millimetres apart counts as closed, because real me
 where another block stands in the gap: then the gap is real, and the force goes through that block. The rule is one of
 load paths. A chain of blocks leads from one face to the other if each touches the next along the normal of the joint,
 within the outline of the patch and within the height of the gap. A neighbour beside the joint is not in the gap: where
-it touches both blocks, it does so across another normal, or beside the patch.
+it touches both blocks, it does so across another normal, or beside the patch. Two rigid blocks that are held apart at
+one place are so all over the plane of the gap, wherever it is about as wide: however their faces are divided.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 ROUNDING = 1e-9
 #: What reaches over a patch by less than this fraction of the smaller block lies beside it.
 BESIDE = 1e-6
+#: Blocks that are held apart do meet where they are less open than this fraction of the gap: an order of magnitude
+#: tells a gap that closes from one that is as wide as what stands in it.
+CLOSING = 0.1
 
 
 def held_apart(assembly: Assembly, joints: Patches, asked: Patches, angle: float) -> np.ndarray:
@@ -44,7 +48,8 @@ def held_apart(assembly: Assembly, joints: Patches, asked: Patches, angle: float
     Returns
     -------
     array of bool, shape (n_asked,)
-        True where a chain of joints leads from one side of the gap to the other through other blocks in it.
+        True where a chain of joints leads from one side of the gap to the other through other blocks in it, and for
+        what is as open in the plane of such a gap.
     """
     held = np.zeros(len(asked.pair), dtype=bool)
     open_ = np.flatnonzero(asked.gap > rounded_gap(assembly, asked.pair))
@@ -52,7 +57,45 @@ def held_apart(assembly: Assembly, joints: Patches, asked: Patches, angle: float
         graph = _graph(assembly, joints)
         for k in _candidates(graph, asked, open_, np.cos(angle)):
             held[k] = _leads_across(graph, asked, int(k), np.cos(angle))
+    if held.any() and not held[open_].all():
+        rest = open_[~held[open_]]
+        held[rest] = in_gaps(assembly, asked.take(rest), asked.take(np.flatnonzero(held)), angle)
     return held
+
+
+def in_gaps(assembly: Assembly, asked: Patches, held: Patches, angle: float) -> np.ndarray:
+    """Return which patches are part of a gap that is held open elsewhere between the same two blocks.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    asked : Patches
+        The patches to look at; also edges and corners.
+    held : Patches
+        Patches that other blocks hold open.
+    angle : float
+        Normals that differ by less are along one another [rad].
+
+    Returns
+    -------
+    array of bool, shape (n_asked,)
+        True for those in the plane of a patch that is held open which are about as open as it is.
+    """
+    own, theirs = (patches.pair @ [assembly.n_blocks, 1] for patches in (asked, held))
+    order = np.argsort(theirs, kind="stable")
+    first, last = (np.searchsorted(theirs[order], own, side=side) for side in ("left", "right"))
+    row, place = members(first, last - first)
+    k = order[place]
+    normal = held.frame[k, 0]
+    along = np.einsum("ij,ij->i", asked.frame[row, 0], normal) > np.cos(angle)
+    # Both lie in the middle of their gap, so in one plane their heights differ by no more than the gaps.
+    height = np.abs(np.einsum("ij,ij->i", asked.origin[row] - held.origin[k], normal))
+    level = height <= asked.gap[row] + held.gap[k]
+    open_ = asked.gap[row] > np.maximum(rounded_gap(assembly, asked.pair[row]), CLOSING * held.gap[k])
+    found = np.zeros(len(own), dtype=bool)
+    found[row[along & level & open_]] = True
+    return found
 
 
 def rounded_gap(assembly: Assembly, pair: Ints) -> Floats:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.contact.between import held_apart, rounded_gap
+from blockstat.contact.between import held_apart, in_gaps
 from blockstat.contact.coplanar import Parts, Patches, corner_shares, merge_coplanar, parts_of, shares_of_parts
 from blockstat.contact.edges import Tolerances, edge_contacts
 from blockstat.contact.faces import concave_patches, convex_faces, frames, gaps_of_surfaces, planar
@@ -463,10 +463,7 @@ def _edges_that_touch(assembly: Assembly, found: Patches, kind: Ints, held: Patc
     bare = np.flatnonzero(kind != ContactKind.FACE)
     contacts = found.take(bare)
     apart = held_apart(assembly, found, contacts, ANGLE)
-    same = (contacts.pair[:, None] == held.pair).all(axis=2)
-    along = np.einsum("ij,kj->ik", contacts.frame[:, 0], held.frame[:, 0]) > np.cos(ANGLE)
-    open_ = contacts.gap > rounded_gap(assembly, contacts.pair)
-    apart |= (same & along & open_[:, None]).any(axis=1)
+    apart |= in_gaps(assembly, contacts, held, ANGLE)
     kept = np.setdiff1d(np.arange(len(kind)), bare[apart])
     return (found, kind) if len(kept) == len(kind) else (found.take(kept), kind[kept])
 

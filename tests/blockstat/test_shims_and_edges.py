@@ -1,0 +1,107 @@
+"""Blocks on shims: what is held apart, what still touches, and what lies beside. The answers are those of a beam."""
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, Block, Outcome, assess, box, find_interfaces
+
+#: Turns about the vertical, places as in a national grid, and orders of the blocks do not change an answer.
+PLACES = {"here": (0.0, (0, 0, 0)), "turned": (0.7, (3, -2, 1)), "in a grid": (2.0, (5e5, 5e6, 0))}
+ORDERS = {"as listed": 1, "reversed": -1}
+
+BASE = box((-1, -1, -1), (2, 2, 0))
+
+
+@pytest.fixture(params=[(place, order) for place in PLACES for order in ORDERS], ids="-".join)
+def placed(request):
+    """Set up blocks of which the first is the support; return the answer, the contacts and the number of each block."""
+    turn, offset = PLACES[request.param[0]]
+    step = ORDERS[request.param[1]]
+    c, s = np.cos(turn), np.sin(turn)
+
+    def build(blocks):
+        turned = [
+            Block(np.asarray(b.vertices) @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + offset, b.faces)
+            for b in blocks
+        ]
+        number = np.arange(len(blocks))[::step]
+        asm = Assembly.from_blocks(turned[::step], supports=[int(np.flatnonzero(number == 0)[0])])
+        found = find_interfaces(asm)
+        pairs = {frozenset(number[pair].tolist()) for pair in found.pair}
+        return assess(asm).outcome, pairs, found
+
+    return build
+
+
+def prism(corners):
+    """Block of an outline (x, z), counter-clockwise, from y = 0 to 1."""
+    n = len(corners)
+    side = [[(i + 1) % n, i, i + n, (i + 1) % n + n] for i in range(n)]
+    vertices = [(x, y, z) for y in (0, 1) for x, z in corners]
+    return Block(vertices, [list(range(n)), list(range(2 * n - 1, n - 1, -1)), *side])
+
+
+def cube_on(bottom, *, cuts=(), triangles=False):
+    """Unit cube over x = 0 to 1 whose lower face is divided by lines x = const, and each part into two triangles."""
+    xs = [0.0, *cuts, 1.0]
+    n = len(xs)
+    vertices = [(x, y, bottom) for y in (0, 1) for x in xs]
+    vertices += [(x, y, 1 + bottom) for y in (0, 1) for x in (0, 1)]
+    parts = [[i, n + i, n + i + 1, i + 1] for i in range(n - 1)]
+    if triangles:
+        parts = [three for a, b, c, d in parts for three in ([a, b, c], [a, c, d])]
+    top = [2 * n, 2 * n + 1, 2 * n + 3, 2 * n + 2]
+    front, back = [*range(n), top[1], top[0]], [*range(2 * n - 1, n - 1, -1), top[3], top[2]]
+    return Block(vertices, [*parts, top, front, back, [n - 1, 2 * n - 1, top[2], top[1]], [n, 0, top[0], top[3]]])
+
+
+@pytest.mark.parametrize("triangles", [False, True])
+@pytest.mark.parametrize("cuts", [(), (0.45,), (0.05, 0.2, 0.35, 0.6, 0.8)])
+@pytest.mark.parametrize(("end", "outcome"), [(0.4, Outcome.UNSTABLE), (0.7, Outcome.STABLE)])
+def test_a_cube_on_shims_stands_where_its_weight_is_between_them(placed, end, outcome, cuts, triangles):
+    # The weight acts at x = .5. It is carried from x = 0 to `end` alone, for the rest of the base is 2 mm below.
+    shims = [box((0, 0.1, 0), (0.1, 0.9, 0.002)), box((end - 0.1, 0.1, 0), (end, 0.9, 0.002))]
+    found, pairs, _ = placed([BASE, cube_on(0.002, cuts=cuts, triangles=triangles), *shims])
+    assert found is outcome
+    assert pairs == {frozenset(pair) for pair in ((0, 2), (0, 3), (1, 2), (1, 3))}
+
+
+@pytest.mark.parametrize("open_", [0.0, 1e-8, 1e-6, 1e-4])
+@pytest.mark.parametrize(("shim", "outcome"), [(0.0, Outcome.STABLE), (0.6, Outcome.UNSTABLE)])
+def test_a_block_on_a_shim_and_on_its_edge_is_a_beam_on_two_supports(placed, open_, shim, outcome):
+    # The edge is at x = 1, the weight near .5: between the edge and a shim at 0, beside those at .55 to .65 and 1.
+    slope = -0.002 / np.sqrt(1 - 0.002**2)
+    c, s = np.sqrt(1 - 0.002**2), 0.002
+    block = prism([(1 - c, s + open_), (1, open_), (1 + s, c + open_), (1 - c + s, s + c + open_)])
+    left, right = shim - 0.05, shim + 0.05
+    top = [s + open_ + slope * (x - (1 - c)) for x in (left, right)]
+    pad = prism([(left, 0), (right, 0), (right, top[1]), (left, top[0])])
+    found, pairs, contacts = placed([BASE, block, pad])
+    assert found is outcome
+    assert frozenset((0, 1)) in pairs
+    assert contacts.contacts["edge"] == 1
+
+
+@pytest.mark.parametrize("open_", [0.0, 1e-8, 1e-3])
+def test_an_edge_on_another_level_than_the_shim_carries(placed, open_):
+    # A beam on a shim at x = .1 to .2 and on its wedge at x = 2, half a metre above the shim.
+    base = prism([(-1, -1), (3, -1), (3, 0.5), (1.5, 0.5), (1.5, 0), (-1, 0)])
+    wedge = [(1.7, 0.8), (2, 0.5 + open_), (2.3, 0.8)]
+    beam = prism([(0, 0.002), (0.3, 0.002), (0.3, 0.8), *wedge, (2.3, 1.5), (0, 1.5)])
+    found, pairs, contacts = placed([base, beam, box((0.1, 0.1, 0), (0.2, 0.9, 0.002))])
+    assert found is Outcome.STABLE
+    assert pairs == {frozenset(pair) for pair in ((0, 1), (0, 2), (1, 2))}
+    assert contacts.contacts["edge"] == 1
+
+
+@pytest.mark.parametrize(
+    ("tip", "outcome"), [(0.002, Outcome.UNSTABLE), (0.001, Outcome.UNSTABLE), (1e-4, Outcome.STABLE)]
+)
+def test_an_edge_in_the_plane_of_the_shim_carries_where_it_is_drawn_to_meet(placed, tip, outcome):
+    # The beam of 2.3 m tips about its shim at x = .1 to .2 unless its wedge at x = 2 meets the base, 2 mm below.
+    wedge = [(1.7, 0.8), (2, tip), (2.3, 0.8)]
+    beam = prism([(0, 0.002), (0.3, 0.002), (0.3, 0.8), *wedge, (2.3, 1.5), (0, 1.5)])
+    base = box((-1, -1, -1), (3, 2, 0))
+    found, pairs, _ = placed([base, beam, box((0.1, 0.1, 0), (0.2, 0.9, 0.002))])
+    assert found is outcome
+    assert (frozenset((0, 1)) in pairs) is (outcome is Outcome.STABLE)
