@@ -66,6 +66,15 @@ def test_a_cube_on_shims_stands_where_its_weight_is_between_them(placed, end, ou
     assert pairs == {frozenset(pair) for pair in ((0, 2), (0, 3), (1, 2), (1, 3))}
 
 
+@pytest.mark.parametrize("width", [1e-4, 1e-2])
+def test_a_cube_on_wires_is_held_by_them_however_thin(placed, width):
+    # As on shims: the wires end at x = .4, before the weight.
+    wires = [box((x - width, 0.1, 0), (x, 0.9, 0.002)) for x in (0.1, 0.4)]
+    found, pairs, _ = placed([BASE, cube_on(0.002), *wires])
+    assert found is Outcome.UNSTABLE
+    assert frozenset((0, 1)) not in pairs
+
+
 @pytest.mark.parametrize("open_", [0.0, 1e-8, 1e-6, 1e-4])
 @pytest.mark.parametrize(("shim", "outcome"), [(0.0, Outcome.STABLE), (0.6, Outcome.UNSTABLE)])
 def test_a_block_on_a_shim_and_on_its_edge_is_a_beam_on_two_supports(placed, open_, shim, outcome):
@@ -92,6 +101,19 @@ def test_an_edge_on_another_level_than_the_shim_carries(placed, open_):
     assert found is Outcome.STABLE
     assert pairs == {frozenset(pair) for pair in ((0, 1), (0, 2), (1, 2))}
     assert contacts.contacts["edge"] == 1
+
+
+@pytest.mark.parametrize("divided", [False, True])
+@pytest.mark.parametrize(("open_", "over"), [(0, 0), (1e-5, 0), (0, 2e-5), (1e-5, 2e-5), (1e-4, 1e-4), (1e-5, 9e-4)])
+def test_a_feather_edge_drawn_too_long_leaves_the_bed_beside_it(placed, open_, over, divided):
+    # The weight at x = -.2 stands on the bed from -1.4 to 0; the wedge beside it bears from 0 on alone.
+    t = np.tan(np.deg2rad(10))
+    base = prism([(-2, -1), (1, -1), (1, -t), (0, 0), (-2, 0)])
+    feather = prism([(-over, open_), (1, -t), (1, open_)])
+    bed = [(-1.4, open_), *([(-0.5, open_)] if divided else []), (1, open_)]
+    found, pairs, _ = placed([base, feather, prism([*bed, (1, 1), (-1.4, 1)])])
+    assert found is Outcome.STABLE
+    assert frozenset((0, 2)) in pairs
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 ROUNDING = 1e-9
 #: What reaches over a patch by less than this fraction of the smaller block lies beside it.
 BESIDE = 1e-6
+#: So does a joint whose strip over the patch is narrower than this and the smaller part of both: the feather edge of a
+#: neighbour that is drawn some micrometres too long carries nothing. A wire in the gap is no such strip, however thin:
+#: all of its joint lies there.
+STRIP = 1e-3
 #: Blocks that are held apart do meet where they are less open than this fraction of the gap: an order of magnitude
 #: tells a gap that closes from one that is as wide as what stands in it.
 CLOSING = 0.1
@@ -225,6 +229,9 @@ def _in_gap(graph: _Graph, asked: Patches, k: int, joint: int) -> bool:
     common = shapely.intersection(patch, other)
     if min(asked.count[k], joints.count[joint]) > 2:
         if common.area <= BESIDE * size * np.sqrt(min(patch.area, other.area)):
+            return False
+        # Half the perimeter is the length of a strip.
+        if common.area <= STRIP * size * common.length / 2 and 2 * common.area < min(patch.area, other.area):
             return False
     elif shapely.distance(patch, other) > BESIDE * size:
         return False
