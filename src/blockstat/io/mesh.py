@@ -21,9 +21,10 @@ from blockstat.assembly import Block
 from blockstat.errors import HUGE, InputError, gathered, some
 from blockstat.geometry.triangulation import triangulate
 from blockstat.io.names import distinct_names
-from blockstat.io.obj import closed_runs, read_obj, split_solids, write_obj
+from blockstat.io.obj import read_obj, split_solids, write_obj
 from blockstat.io.parts import Parts, chosen_supports, is_marked, moved_far_away, rounding_of
 from blockstat.io.raw import glb, ply, stl
+from blockstat.io.raw.runs import closed_runs
 from blockstat.system.reading import check_file
 from blockstat.typing import Floats, Ints
 
