@@ -51,6 +51,10 @@ def obj_lines(*blocks, start=0):
     return lines
 
 
+HOLLOW = box((0.3, 0.3, 0.3), (0.7, 0.7, 0.7))
+CAVITY = type(HOLLOW)(HOLLOW.vertices, [list(face)[::-1] for face in HOLLOW.faces], "")
+
+
 def cube():
     return Assembly.from_blocks([STONE], supports=[0])
 
@@ -219,3 +223,35 @@ def test_a_mirrored_element_of_compas_is_a_solid(tmp_path):
     found = read(path)
     np.testing.assert_allclose(found.volume, [1, 1])
     np.testing.assert_allclose(found.centroid[1], [-7 / 3, 1 / 3, 1 / 2])
+
+
+def test_a_hollow_stone_is_one_block_and_a_stone_in_its_cavity_another(tmp_path):
+    """A cube of 1 m with a cavity of 0.4 m, in which a cube of 0.2 m stands."""
+    inner = box((0.4, 0.4, 0.3), (0.6, 0.6, 0.5))
+    for form in (stl, ply):
+        for order in ((STONE, CAVITY, inner), (CAVITY, inner, STONE)):
+            facets = [facet for block in (GROUND, *order) for facet in triangles(block)]
+            found = read(form(tmp_path / f"w.{form.__name__}", facets), supports=[0])
+            np.testing.assert_allclose(np.sort(found.volume), [0.2**3, 1 - 0.4**3, 1], rtol=1e-6)
+    path = tmp_path / "w.obj"
+    path.write_text("\n".join(obj_lines(GROUND, STONE, CAVITY, inner)))
+    np.testing.assert_allclose(read(path, supports=[0]).volume, [1, 1 - 0.4**3, 0.2**3])
+    path.write_text("\n".join(obj_lines(STONE, CAVITY)))
+    found = read(path, supports=[0])
+    np.testing.assert_allclose(found.volume, [1 - 0.4**3])
+    standing = Assembly.from_blocks([GROUND, *mesh_parts(path, supports=[0]).blocks], supports=[0])
+    assert assess(standing).outcome.word == "stable"
+
+
+def test_a_cavity_belongs_to_the_smallest_stone_around_it_and_a_stone_inside_out_to_none(tmp_path):
+    """A cube of 3 m with a cavity of 2 by 2 by 1.5 m, in which a hollow cube of 1 m stands; a cube beside is turned."""
+    shell, room = box((-1, -1, -1), (2, 2, 2)), box((-0.5, -0.5, 0), (1.5, 1.5, 1.5))
+    room = type(room)(room.vertices, [list(face)[::-1] for face in room.faces], "")
+    beside = box((5, 0, 0), (6, 1, 1))
+    facets = [facet for block in (shell, STONE, CAVITY, room) for facet in triangles(block)]
+    facets += [facet[::-1] for facet in triangles(beside)]
+    path = stl(tmp_path / "w.stl", facets)
+    with pytest.raises(InputError, match=r'"all\.2": all its faces point inwards'):
+        read(path, supports=[0])
+    found, _ = repair(path, supports=[0])
+    np.testing.assert_allclose(found.volume, [27 - 2 * 2 * 1.5, 1 - 0.4**3, 1], rtol=1e-6)

@@ -16,7 +16,7 @@ import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
-from blockstat.io.raw.runs import closed_runs, is_closed
+from blockstat.io.raw.runs import closed_runs, is_closed, with_cavities
 from blockstat.system.reading import check_file
 
 if TYPE_CHECKING:
@@ -139,6 +139,7 @@ def split_solids(solid: Solid) -> list[Solid]:
     place = [places.setdefault(vertex, len(places)) for vertex in solid.vertices]
     for number in (range(len(place)), place):
         runs = _closed_parts([[number[corner] for corner in face] for face in solid.faces], len(place))
+        runs = with_cavities(np.array(solid.vertices), solid.faces, runs) if runs else runs
         if len(runs) == 1:
             return [solid]
         if runs:

@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from blockstat.geometry.convex_pieces import contains
+from blockstat.geometry.triangulation import fans
+from blockstat.typing import Floats
+
 
 def closed_runs(faces: Sequence[Sequence[int]]) -> list[range]:
     """Cut faces into runs of which each is a closed surface.
@@ -44,6 +50,42 @@ def is_closed(faces: Sequence[Sequence[int]]) -> bool:
     bool
     """
     return _runs(faces)[1]
+
+
+def with_cavities(vertices: Floats, faces: Sequence[Sequence[int]], runs: Sequence[Sequence[int]]) -> list[list[int]]:
+    """Join cavities to the solids around them.
+
+    Parameters
+    ----------
+    vertices : array of float, shape (n, 3)
+        In the unit of the file.
+    faces : sequence of sequences of int
+        Corners of each face.
+    runs : sequence of sequences of int
+        Numbers of the faces of closed surfaces.
+
+    Returns
+    -------
+    list of list of int
+        The same without the surfaces that look inwards from within another one: their faces are those of the smallest
+        solid around them. One that looks inwards on its own stays, for it is a solid turned inside out.
+    """
+    with np.errstate(all="ignore"):  # coordinates that cannot be used are refused later
+        surfaces = [_triangles(vertices, [faces[k] for k in run]) for run in runs]
+        volume = np.array([np.linalg.det(own - own[0, 0]).sum() / 6 for own in surfaces])
+        lower, upper = (np.array([end(own, axis=(0, 1)) for own in surfaces]) for end in (np.min, np.max))
+        joined = {k: list(run) for k, run in enumerate(runs)}
+        for k in np.flatnonzero(volume < 0).tolist():
+            larger = (lower < lower[k]).all(axis=1) & (upper > upper[k]).all(axis=1) & (volume > -volume[k])
+            point = vertices[faces[runs[k][0]][0]]
+            around = [other for other in np.flatnonzero(larger).tolist() if contains(surfaces[other], point)]
+            if around:
+                joined[min(around, key=volume.__getitem__)] += joined.pop(k)
+    return list(joined.values())
+
+
+def _triangles(vertices: Floats, faces: Sequence[Sequence[int]]) -> Floats:
+    return fans(vertices[np.concatenate([np.asarray(face) for face in faces])], np.cumsum([0, *map(len, faces)]))
 
 
 def _runs(faces: Sequence[Sequence[int]]) -> tuple[list[range], bool]:
