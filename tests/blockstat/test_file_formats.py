@@ -15,8 +15,9 @@ from blockstat.io.folder import folder_parts
 from blockstat.io.mesh import block_mesh, mesh_parts, read_whole
 from blockstat.io.names import distinct_names
 from blockstat.io.native import native_parts
-from blockstat.io.obj import NOTE, closed_runs, read_obj, split_solids
+from blockstat.io.obj import NOTE, read_obj, split_solids
 from blockstat.io.parts import Parts, chosen_supports, doubts, in_frame, is_marked, metres_in
+from blockstat.io.raw.runs import closed_runs
 from blockstat.io.scene_text import _table
 from blockstat.io.surface import read_surface
 from evidence.scenes.small import assembly, box, prism
@@ -122,7 +123,8 @@ def test_a_run_of_faces_ends_where_its_surface_closes():
     assert closed_runs([]) == []
     assert closed_runs(TETRAHEDRON) == [range(0, 4)]
     assert closed_runs(TETRAHEDRON[:3]) == [range(0, 3)]
-    assert closed_runs([*TETRAHEDRON, *TETRAHEDRON[:2]]) == [range(0, 4), range(4, 6)]
+    second = [[k + 4 for k in face] for face in TETRAHEDRON]
+    assert closed_runs([*TETRAHEDRON, *second[:2]]) == [range(0, 4), range(4, 6)]
     turned = [face[::-1] for face in TETRAHEDRON]
     assert closed_runs([*TETRAHEDRON[:3], turned[3]]) == [range(0, 4)]
 

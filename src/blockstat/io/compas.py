@@ -276,7 +276,9 @@ def _placed(solid: _Solid, matrix: Floats, group: str) -> _Solid:
     vertices = block.vertices
     if (matrix != np.eye(4)).any():
         vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
-    return _Solid(replace(block, vertices=vertices, group=group or block.group), solid.support)
+    # A mirror image lists the corners of its faces the other way round.
+    faces = [face[::-1] for face in block.faces] if np.linalg.det(matrix[:3, :3]) < 0 else block.faces
+    return _Solid(replace(block, vertices=vertices, faces=faces, group=group or block.group), solid.support)
 
 
 def _mesh(found: _Object, label: str) -> _Mesh:

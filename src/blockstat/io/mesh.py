@@ -21,9 +21,10 @@ from blockstat.assembly import Block
 from blockstat.errors import HUGE, InputError, gathered, some
 from blockstat.geometry.triangulation import triangulate
 from blockstat.io.names import distinct_names
-from blockstat.io.obj import closed_runs, read_obj, split_solids, write_obj
+from blockstat.io.obj import read_obj, split_solids, write_obj
 from blockstat.io.parts import Parts, chosen_supports, is_marked, moved_far_away, rounding_of
 from blockstat.io.raw import glb, ply, stl
+from blockstat.io.raw.runs import closed_runs, with_cavities
 from blockstat.system.reading import check_file
 from blockstat.typing import Floats, Ints
 
@@ -257,8 +258,9 @@ def _closed_runs(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
 
     _, corner = np.unique(np.round(mesh.vertices, _digits(mesh)), axis=0, return_inverse=True)
     solids = []
-    for run in closed_runs(corner.reshape(-1)[mesh.faces].tolist()):
-        used, faces = np.unique(mesh.faces[run.start : run.stop], return_inverse=True)
+    runs = closed_runs(corner.reshape(-1)[mesh.faces].tolist())
+    for run in with_cavities(np.asarray(mesh.vertices), mesh.faces.tolist(), runs):
+        used, faces = np.unique(mesh.faces[run], return_inverse=True)
         solids.append(trimesh.Trimesh(mesh.vertices[used], faces.reshape(-1, 3), process=False))
     return solids
 

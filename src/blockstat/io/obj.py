@@ -8,8 +8,7 @@ and names that a line of OBJ cannot hold; one before the first object holds fric
 from __future__ import annotations
 
 import json
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,6 +16,7 @@ import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
+from blockstat.io.raw.runs import closed_runs, is_closed, with_cavities
 from blockstat.system.reading import check_file
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
     faces: list[tuple[int, int, list[int]]] = []
     wrong: list[str] = []
     check_file(path)
-    for number, line in enumerate(path.read_text(encoding="utf-8-sig", errors="replace").splitlines(), 1):
+    for number, line in _lines(path.read_text(encoding="utf-8-sig", errors="replace")):
         word, *rest = line.split("#")[0].split() or [""]
         try:
             if word == "v":
@@ -70,7 +70,7 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
             elif word == "f":
                 corners = [int(item.split("/")[0]) for item in rest]
                 corners = [c - 1 if c > 0 else len(vertices) + c for c in corners]
-                if not all(0 <= c < len(vertices) for c in corners):
+                if not corners or not all(0 <= c < len(vertices) for c in corners):
                     raise ValueError
                 faces.append((len(labels["o"]), len(labels["g"]), corners))
             elif word in labels:
@@ -102,6 +102,22 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
     return solids, notes.get(0, {})
 
 
+def _lines(text: str) -> Iterator[tuple[int, str]]:
+    """Lines of a file with their numbers; corners and faces may go on after a line that ends in a backslash."""
+    first, begun = 0, ""
+    for number, line in enumerate(text.splitlines(), 1):
+        whole = begun + line
+        if not begun:
+            first = number
+        if whole.split()[:1] in (["v"], ["f"]) and whole.rstrip().endswith("\\"):  # a name or comment may, too
+            begun = whole.rstrip()[:-1] + " "
+            continue
+        yield first, whole
+        begun = ""
+    if begun:
+        yield first, begun
+
+
 def split_solids(solid: Solid) -> list[Solid]:
     """Split the only object of a file into its closed parts.
 
@@ -123,6 +139,7 @@ def split_solids(solid: Solid) -> list[Solid]:
     place = [places.setdefault(vertex, len(places)) for vertex in solid.vertices]
     for number in (range(len(place)), place):
         runs = _closed_parts([[number[corner] for corner in face] for face in solid.faces], len(place))
+        runs = with_cavities(np.array(solid.vertices), solid.faces, runs) if runs else runs
         if len(runs) == 1:
             return [solid]
         if runs:
@@ -140,45 +157,10 @@ def _closed_parts(faces: list[list[int]], n_vertices: int) -> list[list[int]]:
     runs = []
     for part in parts.values():
         own = closed_runs([faces[k] for k in part])
-        last = [faces[part[k]] for k in own[-1]]
-        sides = Counter((a, b) for face in last for a, b in zip(face, [*face[1:], face[0]], strict=True))
-        if any(sides[b, a] != count for (a, b), count in sides.items()):
+        if not is_closed([faces[part[k]] for k in own[-1]]):
             return []
         runs += [part[run.start : run.stop] for run in own]
     return runs
-
-
-def closed_runs(faces: Sequence[Sequence[int]]) -> list[range]:
-    """Cut faces into runs of which each is a closed surface.
-
-    Parameters
-    ----------
-    faces : sequence of sequences of int
-        Corners of each face.
-
-    Returns
-    -------
-    list of range
-        Numbers of the faces of each run; what is left open at the end is the last.
-
-    Examples
-    --------
-    >>> tetrahedron = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
-    >>> closed_runs([*tetrahedron, *tetrahedron])
-    [range(0, 4), range(4, 8)]
-    """
-    open_edges: set[tuple[int, int]] = set()
-    runs, first = [], 0
-    for number, face in enumerate(faces):
-        for tail, head in zip(face, [*face[1:], face[0]], strict=True):
-            if (head, tail) in open_edges:
-                open_edges.remove((head, tail))
-            else:
-                open_edges.add((tail, head))
-        if not open_edges:
-            runs.append(range(first, number + 1))
-            first = number + 1
-    return [*runs, range(first, len(faces))] if first < len(faces) else runs
 
 
 def _solid(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from blockstat.assembly import Assembly, Block
-from blockstat.errors import InputError, NoSupportError
+from blockstat.errors import InputError, NoSupportError, check_gravity
 from blockstat.joint import Tie
 from blockstat.typing import Floats
 
@@ -78,13 +78,15 @@ class Parts:
         Raises
         ------
         InputError
-            For another axis.
+            For another axis, or a gravity that is no vector.
         """
         if up in (None, self.up):
             return self
         turn = _turn(up, self.up)
-        gravity = self.options.get("gravity")
-        return self._mapped(turn, self.options if gravity is None else {**self.options, "gravity": turn @ gravity})
+        options = dict(self.options)
+        if options.get("gravity") is not None:
+            options["gravity"] = turn @ check_gravity(options["gravity"])
+        return self._mapped(turn, options)
 
     def _mapped(self, matrix: Floats, options: dict[str, Any]) -> Parts:
         """The same with every point multiplied by a matrix."""

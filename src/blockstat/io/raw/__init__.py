@@ -1,4 +1,4 @@
-"""GLB, STL and PLY files as they stand: names and orders that trimesh changes, and what it would leave out.
+"""Files as they stand: names and orders that trimesh changes, what it would leave out, and solids in one list of faces.
 
 This room imports `geometry` and the root.
 """

@@ -13,6 +13,7 @@ from blockstat.errors import InputError
 
 #: A line that begins or ends a solid; a byte order mark may stand before the first.
 LINE = re.compile(rb"^(?:\xef\xbb\xbf)?[ \t]*(end)?solid(?=\s|$)[ \t]*([^\r\n]*)", re.MULTILINE | re.IGNORECASE)
+FILL = 4  #: blank bytes or zeros that may follow the last facet of a binary file
 
 
 def numbered(data: bytes) -> bytes:
@@ -26,7 +27,7 @@ def numbered(data: bytes) -> bytes:
     Returns
     -------
     bytes
-        The file as it is where it is binary.
+        The facets of a binary file as they are.
 
     Raises
     ------
@@ -38,8 +39,8 @@ def numbered(data: bytes) -> bytes:
     >>> numbered(b"solid a wall\nendsolid a wall\nsolid\nendsolid\n").split(b"\n")
     [b'solid 0', b'endsolid', b'solid 1', b'endsolid', b'']
     """
-    if _is_binary(data):
-        return data
+    if binary := _binary(data):
+        return binary
     ends = [found[1] is not None for found in LINE.finditer(data)]
     begun, ended = ends.count(False), ends.count(True)
     if begun != ended:
@@ -62,11 +63,16 @@ def names(path: Path) -> list[str]:
         One for each solid of a text, "" for none; binary files name nothing.
     """
     data = path.read_bytes()
-    if _is_binary(data):
+    if _binary(data):
         return []
     return [found[2].decode("utf-8", "replace").strip() for found in LINE.finditer(data) if not found[1]]
 
 
-def _is_binary(data: bytes) -> bool:
-    """Whether the file is as long as a binary one: 80 bytes, the number of facets, and 50 bytes a facet."""
-    return len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
+def _binary(data: bytes) -> bytes:
+    """What a binary file holds: 80 bytes, the number of facets, and 50 bytes a facet; nothing of a text.
+
+    Some exporters fill up the last word or line; longer ends are more facets than the file says.
+    """
+    size = 84 + 50 * int.from_bytes(data[80:84], "little")
+    filled = 0 <= len(data) - size <= FILL and not data[size:].strip(b"\0 \t\r\n")
+    return data[:size] if filled else b""

@@ -1,0 +1,257 @@
+"""Files as exporters and scanners leave them: facets without area, turned or doubled ones, lines that go on."""
+
+import json
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, InputError, assess, box, read, repair, write
+from blockstat.io.mesh import mesh_parts
+from blockstat.io.obj import read_obj
+from blockstat.io.raw.runs import closed_runs, is_closed
+
+GROUND = box((0, 0, -1), (1, 1, 0))
+STONE = box((0, 0, 0), (1, 1, 1))
+TOP = box((0.3, 0, 1), (2.1, 1, 2))  # its centroid, at 1.2, is beyond the stone's edge at 1
+TETRAHEDRON = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+
+
+def triangles(block):
+    corners = np.array(block.vertices, dtype=float)
+    return [corners[[face[i] for i in half]] for face in block.faces for half in ((0, 1, 2), (0, 2, 3))]
+
+
+def stl(path, facets):
+    lines = ["solid all"]
+    for facet in facets:
+        lines += ["facet normal 0 0 0", "outer loop"]
+        lines += [f"vertex {' '.join(map(repr, corner))}" for corner in np.asarray(facet).tolist()]
+        lines += ["endloop", "endfacet"]
+    path.write_text("\n".join([*lines, "endsolid all\n"]))
+    return path
+
+
+def ply(path, facets):
+    lines = ["ply", "format ascii 1.0", f"element vertex {3 * len(facets)}"]
+    lines += [f"property float {axis}" for axis in "xyz"]
+    lines += [f"element face {len(facets)}", "property list uchar int vertex_indices", "end_header"]
+    lines += [" ".join(map(repr, corner)) for facet in facets for corner in np.asarray(facet).tolist()]
+    lines += [f"3 {k} {k + 1} {k + 2}" for k in range(0, 3 * len(facets), 3)]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def obj_lines(*blocks, start=0):
+    lines = []
+    for block in blocks:
+        lines += ["v " + " ".join(map(repr, corner)) for corner in np.array(block.vertices, dtype=float).tolist()]
+        lines += ["f " + " ".join(str(k + 1 + start) for k in face) for face in block.faces]
+        start += len(block.vertices)
+    return lines
+
+
+HOLLOW = box((0.3, 0.3, 0.3), (0.7, 0.7, 0.7))
+CAVITY = type(HOLLOW)(HOLLOW.vertices, [list(face)[::-1] for face in HOLLOW.faces], "")
+
+
+def cube():
+    return Assembly.from_blocks([STONE], supports=[0])
+
+
+def spoilt():
+    """Facets of the stone, one of which is without area, turned or listed twice, by what is wrong with it."""
+    facets = triangles(STONE)
+    a, b, _ = facets[0]
+    return {
+        "line first": [[a, a, b], *facets],
+        "line within": [*facets[:5], [a, b, a], *facets[5:]],
+        "point last": [*facets, [b, b, b]],
+        "turned": [facets[0][::-1], *facets[1:]],
+        "turned within": [*facets[:4], facets[4][::-1], *facets[5:]],
+        "twice": [facets[0], facets[0][[1, 2, 0]], *facets[1:]],
+        "again": [*facets, facets[0][[1, 2, 0]]],
+    }
+
+
+@pytest.mark.parametrize("form", [stl, ply])
+@pytest.mark.parametrize("how", spoilt())
+def test_a_spoilt_facet_does_not_weld_the_stones_that_follow(how, form, tmp_path):
+    path = form(tmp_path / f"w.{form.__name__}", triangles(GROUND) + spoilt()[how] + triangles(TOP))
+    repaired, report = repair(path, supports=[0])
+    np.testing.assert_allclose(repaired.volume, [1, 1, 1.8], rtol=1e-6)
+    assert sum(change.dropped + change.turned for change in report.changes) == 1
+    assert assess(repaired).outcome.word == "unstable"
+
+
+def test_facets_without_area_at_the_end_are_no_stone(tmp_path):
+    a, b, _ = triangles(TOP)[0]
+    path = stl(tmp_path / "w.stl", [*triangles(GROUND), *triangles(TOP), [a, a, b], [b, b, b]])
+    np.testing.assert_allclose(repair(path, supports=[0])[0].volume, [1, 1.8], rtol=1e-6)
+
+
+def test_facets_that_walk_one_edge_alike_do_not_keep_a_stone_open(tmp_path):
+    """A stone of two cubes that share an edge; both facets that walk the edge upwards come first."""
+    stone = triangles(box((0, 0, 0), (0.5, 0.5, 1))) + triangles(box((0.5, 0.5, 0), (1, 1, 1)))
+
+    def walks_up(facet):
+        sides = pairwise([*facet.tolist(), facet.tolist()[0]])
+        return any(p[:2] == q[:2] == [0.5, 0.5] and p[2] < q[2] for p, q in sides)
+
+    upwards = [facet for facet in stone if walks_up(facet)]
+    assert len(upwards) == 2
+    others = [facet for facet in stone if not walks_up(facet)]
+    path = stl(tmp_path / "w.stl", triangles(GROUND) + upwards + others + triangles(TOP))
+    with pytest.warns(match="separate solids"):
+        np.testing.assert_allclose(read(path, supports=[0]).volume, [1, 0.5, 1.8], rtol=1e-6)
+
+
+def test_a_turned_face_does_not_weld_the_stones_of_one_object(tmp_path):
+    path = tmp_path / "w.obj"
+    lines = obj_lines(GROUND, STONE, TOP)
+    face = [k for k, line in enumerate(lines) if line[0] == "f"][7]
+    lines[face] = "f " + " ".join(lines[face].split()[:0:-1])
+    path.write_text("\n".join(lines))
+    repaired, report = repair(path, supports=[0])
+    np.testing.assert_allclose(repaired.volume, [1, 1, 1.8])
+    assert [change.turned for change in report.changes] == [0, 1, 0]
+    assert assess(repaired).outcome.word == "unstable"
+
+
+def test_faces_that_are_folded_open_and_close_nothing():
+    second = [[k + 4 for k in face] for face in TETRAHEDRON]
+    folded = [[0, 0, 1], [2, 2, 2], [0, 1, 2, 1]]
+    assert closed_runs([*folded, *TETRAHEDRON, *second]) == [range(0, 7), range(7, 11)]
+    assert closed_runs([*TETRAHEDRON, *folded, *second]) == [range(0, 4), range(4, 11)]
+    assert closed_runs([*TETRAHEDRON, *second, *folded]) == [range(0, 4), range(4, 11)]
+    assert closed_runs(folded) == [range(0, 3)]
+    # Two faces of the first are listed again after it, or all of them, as a solid of their own.
+    assert closed_runs([*TETRAHEDRON, *TETRAHEDRON[:2], *second]) == [range(0, 6), range(6, 10)]
+    assert closed_runs([*TETRAHEDRON, *TETRAHEDRON, *second]) == [range(0, 4), range(4, 8), range(8, 12)]
+    # One corner of a face is listed twice.
+    assert closed_runs([[0, 2, 2, 1], *TETRAHEDRON[1:], *second]) == [range(0, 4), range(4, 8)]
+    assert is_closed([*TETRAHEDRON, *folded])
+    assert not is_closed([*TETRAHEDRON, *second[:3]])
+
+
+@pytest.mark.parametrize("gravity", [9.81, "down", [1, 2]])
+@pytest.mark.parametrize("form", ["w.glb", "w.json"])
+def test_a_gravity_that_is_no_vector_is_refused_whatever_is_up(form, gravity, tmp_path):
+    path = tmp_path / form
+    if form == "w.json":
+        write(cube(), path, format="compas-assembly")
+        data = json.loads(path.read_text())
+        data["data"]["attributes"]["gravity"] = gravity
+        path.write_text(json.dumps(data))
+    else:
+        write(cube(), path)
+        change_glb(path, lambda content: content["scenes"][0]["extras"].update(gravity=gravity))
+    for up in (None, "x"):
+        with pytest.raises(InputError, match=f"{form}: gravity is .*; it must be three numbers"):
+            read(path, supports=[0], up=up)
+        with pytest.raises(InputError, match="it must be three numbers gx, gy, gz"):
+            repair(path, supports=[0], up=up)
+
+
+def change_glb(path, change):
+    """Change the first part of a GLB, which is JSON."""
+    data = path.read_bytes()
+    size = int.from_bytes(data[12:16], "little")
+    content = json.loads(data[20 : 20 + size])
+    change(content)
+    text = json.dumps(content).encode()
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + size :]
+    sizes = [(20 + len(text) + len(rest)).to_bytes(4, "little"), len(text).to_bytes(4, "little")]
+    path.write_bytes(data[:8] + b"".join(sizes) + b"JSON" + text + rest)
+
+
+def test_a_face_of_an_obj_without_corners_is_named_by_its_line(tmp_path):
+    path = tmp_path / "cut.obj"
+    path.write_text("\n".join([*obj_lines(STONE), "f"]))
+    for call in (read_obj, mesh_parts, lambda path: read(path, supports=[0]), lambda path: repair(path, supports=[0])):
+        with pytest.raises(InputError, match='line 15: cannot be read as "f" of an OBJ file'):
+            call(path)
+
+
+def test_a_line_of_an_obj_goes_on_after_a_backslash(tmp_path):
+    path = tmp_path / "w.obj"
+    lines = obj_lines(STONE)
+    lines[3] = lines[3].replace(" ", " \\\n", 1)
+    lines[-1] = lines[-1].replace(" ", " \\ \n\t")
+    path.write_text("\n".join(["# from C:\\", "g C:\\", *lines]))
+    assert read(path, supports=[0]).volume.tolist() == [1.0]
+    path.write_text("\n".join([*obj_lines(STONE), "f 1 \\", "2 x", "f 1 \\", "2 \\"]) + "\nf 1 9\n")
+    with pytest.raises(InputError) as caught:
+        read_obj(path)
+    assert [text.split(":")[0] for text in caught.value.args] == ["line 15", "line 17"]
+    path.write_text("\n".join([*obj_lines(STONE)[:-1], " ".join(obj_lines(STONE)[-1].split()) + "\\"]))
+    assert read(path, supports=[0]).volume.tolist() == [1.0]
+
+
+@pytest.mark.filterwarnings("ignore:.*does not keep")
+@pytest.mark.parametrize("header", [b"", b"solid cube"], ids=["plain", "solid"])
+@pytest.mark.parametrize("fill", [b"\0", b"\n", b"\0\0", b"\r\n\r\n"], ids=["zero", "line", "zeros", "lines"])
+def test_a_binary_stl_may_be_filled_up_at_its_end(fill, header, tmp_path):
+    path = write(cube(), tmp_path / "w.stl")
+    data = header + path.read_bytes()[len(header) :]
+    path.write_bytes(data + fill)
+    assert read(path, supports=[0]).volume.tolist() == [1.0]
+
+
+@pytest.mark.filterwarnings("ignore:.*does not keep")
+@pytest.mark.parametrize("fill", [b"\0" * 5, b"\1", b"\0" * 50], ids=["five", "one", "facet"])
+def test_what_follows_a_binary_stl_is_not_left_out(fill, tmp_path):
+    path = write(cube(), tmp_path / "w.stl")
+    path.write_bytes(path.read_bytes() + fill)
+    with pytest.raises(InputError):
+        read(path, supports=[0])
+
+
+def test_a_mirrored_element_of_compas_is_a_solid(tmp_path):
+    """The image in x = 0 of a prism over the triangle (1, 0), (3, 0), (3, 1): centroid x at -(1 + 3 + 3) / 3."""
+    corners = [(x, y, z) for z in (0, 1) for x, y in ((1, 0), (3, 0), (3, 1))]
+    faces = [[0, 2, 1], [3, 4, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]]
+    prism = type(STONE)(np.array(corners, dtype=float), faces, "prism")
+    path = tmp_path / "w.json"
+    write(Assembly.from_blocks([STONE, prism], supports=[0]), path, format="compas-model")
+    data = json.loads(path.read_text())
+    element = list(data["data"]["elements"].values())[1]
+    mirror = np.diag([-1.0, 1, 1, 1]).tolist()
+    element["data"]["transformation"] = {"dtype": "compas.geometry/Reflection", "data": {"matrix": mirror}}
+    path.write_text(json.dumps(data))
+    found = read(path)
+    np.testing.assert_allclose(found.volume, [1, 1])
+    np.testing.assert_allclose(found.centroid[1], [-7 / 3, 1 / 3, 1 / 2])
+
+
+def test_a_hollow_stone_is_one_block_and_a_stone_in_its_cavity_another(tmp_path):
+    """A cube of 1 m with a cavity of 0.4 m, in which a cube of 0.2 m stands."""
+    inner = box((0.4, 0.4, 0.3), (0.6, 0.6, 0.5))
+    for form in (stl, ply):
+        for order in ((STONE, CAVITY, inner), (CAVITY, inner, STONE)):
+            facets = [facet for block in (GROUND, *order) for facet in triangles(block)]
+            found = read(form(tmp_path / f"w.{form.__name__}", facets), supports=[0])
+            np.testing.assert_allclose(np.sort(found.volume), [0.2**3, 1 - 0.4**3, 1], rtol=1e-6)
+    path = tmp_path / "w.obj"
+    path.write_text("\n".join(obj_lines(GROUND, STONE, CAVITY, inner)))
+    np.testing.assert_allclose(read(path, supports=[0]).volume, [1, 1 - 0.4**3, 0.2**3])
+    path.write_text("\n".join(obj_lines(STONE, CAVITY)))
+    found = read(path, supports=[0])
+    np.testing.assert_allclose(found.volume, [1 - 0.4**3])
+    standing = Assembly.from_blocks([GROUND, *mesh_parts(path, supports=[0]).blocks], supports=[0])
+    assert assess(standing).outcome.word == "stable"
+
+
+def test_a_cavity_belongs_to_the_smallest_stone_around_it_and_a_stone_inside_out_to_none(tmp_path):
+    """A cube of 3 m with a cavity of 2 by 2 by 1.5 m, in which a hollow cube of 1 m stands; a cube beside is turned."""
+    shell, room = box((-1, -1, -1), (2, 2, 2)), box((-0.5, -0.5, 0), (1.5, 1.5, 1.5))
+    room = type(room)(room.vertices, [list(face)[::-1] for face in room.faces], "")
+    beside = box((5, 0, 0), (6, 1, 1))
+    facets = [facet for block in (shell, STONE, CAVITY, room) for facet in triangles(block)]
+    facets += [facet[::-1] for facet in triangles(beside)]
+    path = stl(tmp_path / "w.stl", facets)
+    with pytest.raises(InputError, match=r'"all\.2": all its faces point inwards'):
+        read(path, supports=[0])
+    found, _ = repair(path, supports=[0])
+    np.testing.assert_allclose(found.volume, [27 - 2 * 2 * 1.5, 1 - 0.4**3, 1], rtol=1e-6)
