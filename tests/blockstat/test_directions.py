@@ -90,6 +90,24 @@ def test_tilted_gravity_has_its_own_horizon():
     assert found.upper[1] > found.upper[3]  # downhill is easier
 
 
+@pytest.mark.parametrize(("gravity", "low", "high", "names"), [
+    ((0, -9.81, 0), (-1, -1, -1), (2, 0, 4), ("+x", "-z", "-x", "+z")),
+    ((-9.81, 0, 0), (-1, -1, -1), (0, 2, 4), ("+z", "-y", "-z", "+y")),
+])  # fmt: skip
+def test_directions_are_called_by_the_axes_that_they_are_along(gravity, low, high, names):
+    up = np.argmin(gravity)
+    size = np.array([1.0, 1.0, 1.0])
+    size[up], size[2] = 2.0, 0.5
+    asm = Assembly.from_blocks([box(low, high), box((0, 0, 0), size)], supports=[0], gravity=gravity)
+    found = limit_load_by_direction(asm, 4, refine=False)
+    assert found.names == names
+    for name, direction in zip(names, found.directions, strict=True):
+        assert direction["xyz".index(name[1])] == (1.0 if name[0] == "+" else -1.0)
+    # Thin along z, and two high.
+    assert found.names[found.weakest][1] == "z"
+    assert found.least.upper == pytest.approx(0.25)
+
+
 def test_what_does_not_stand_has_no_directions():
     found = limit_load_by_direction(slab(gravity=(0, -5, -9.81)), 8)
     assert found.outcome is DirectionOutcome.DEAD_LOAD_UNSTABLE

@@ -158,3 +158,14 @@ def test_a_prop_without_a_place_or_a_direction_is_refused(point, direction, word
     with pytest.raises(InputError, match=f'prop under "stone": {words}'):
         Prop("stone", point, direction)
     assert Prop("stone", (0, 0, 0), (0, 0, 1)).point == (0, 0, 0)
+
+
+def test_a_prop_beside_its_block_is_refused_and_one_at_a_corner_is_not():
+    """In millimetres instead of metres it would have a long arm, and need almost no force."""
+    assembly, _ = beam()
+    state = (["beam"], [])
+    for point in ((3000.0, 0.5, 1.0), (2.0, 1.1, 1.0), (2.0, 0.5, 0.9)):
+        with pytest.raises(InputError, match=r'the prop at .* is not on block "beam", which is from \[0.0, 0.0, 1.0\]'):
+            falsework(assembly, state, [Prop("beam", point, (0.0, 0.0, 1.0))])
+    ends = [Prop("beam", (x, 0.5, 1.0), (0.0, 0.0, 1.0)) for x in (0.0, 4.0)]
+    assert falsework(assembly, state, ends).force == pytest.approx([assembly.mass[1] * 9.81 / 2] * 2)

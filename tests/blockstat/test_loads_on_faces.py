@@ -13,6 +13,7 @@ from blockstat import (
     fill_load,
     find_interfaces,
     fluid_pressure,
+    limit_load,
     line_load,
     patch_load,
     surface_load,
@@ -496,3 +497,16 @@ def test_a_face_of_which_nothing_is_free_carries_nothing():
              Face(1, frame, np.array([2, 0, 1.0]), shapely.box(0, 0, 2, 1))]  # fmt: skip
     found = integrated(asm, faces, lambda points, normal: -3.0 * normal).wrenches(asm)
     np.testing.assert_allclose(found, [[0] * 6, [0, 0, -6, 0, 0, 0]], atol=1e-12)
+
+
+def test_a_spread_load_stays_below_where_it_acts():
+    """A parapet beside the axle carries none of it; the deck tips about the edge of its pier, .5 m from its end."""
+    blocks = [
+        box((0, 0, -1), (2, 1, 0), name="pier"),
+        box((0, 0, 0), (3, 1, 0.5), name="deck"),
+        box((1.5, 0, 0.5), (2, 1, 1.5), name="parapet"),
+    ]
+    asm = Assembly.from_blocks(blocks, supports=["pier"], density=1000.0)
+    load = dispersed_load(asm, (2.4, 0.5, 0.9), 1000.0, spread=2.0)
+    assert load[:, 2] == pytest.approx([0.0, -1000.0, 0.0])
+    assert limit_load(asm, load).lower == pytest.approx((14715 * 0.5 + 4905 * 0.25) / 500, rel=1e-4)

@@ -263,6 +263,7 @@ def test_the_spectrum_of_a_soil_by_hand(soil, amplified, corner, after_one_secon
         ((0.0, inf), (1.0, 2.0), "periods must ascend from 0"),
         ((0.0, 1.0), (0.0, 2.0), "values must be at least 0, and above 0 at the period 0"),
         ((0.0, 1.0), (1.0, -2.0), "values must be at least 0, and above 0 at the period 0"),
+        ((0.0, "a"), (1.0, 2.0), "periods and values must be as many numbers, two at least"),
         ((0.0, 1.0), (1.0, nan), "values must be at least 0, and above 0 at the period 0"),
     ],
 )
@@ -524,3 +525,101 @@ def test_the_ground_of_a_check_is_a_site_or_a_table(site):
     wall = stack(1, 1.0, 2.0)
     with pytest.raises(InputError, match=r"site is .*; it must be a Site or a SpectrumTable"):
         linear_check(limit_load(wall, SIDE), SIDE, site=site)
+
+
+@pytest.mark.parametrize("courses", [2, 3, 4])
+def test_a_course_that_slides_alone_is_a_mechanism_of_one_body(courses):
+    """Every bed slides at mu = .1 with what is above it, and the solver mixes them; the top course alone has e* = 1."""
+    found = checked([box((0, 0, k), (3, 3, k + 1)) for k in range(courses)], friction=0.1, demand=0.18)
+    assert found.participation == 1.0
+    assert found.acceleration == pytest.approx(0.1 * 9.81 / 1.35, rel=1e-6)
+    assert found.outcome.word == "not_satisfied"  # a0* 2 / 9.81 = .148
+
+
+@pytest.mark.parametrize("size", [0.25, 0.5, 1.0])
+def test_walls_that_do_not_touch_are_mechanisms_of_one_body(size):
+    """Both tip at b/h = 1/8."""
+    found = checked([box((0, 0, 0), (0.5, 3, 4)), box((3, 0, 0), (3 + 0.5 * size, 3, 4 * size))])
+    assert found.acceleration == pytest.approx(0.125 * 9.81 / 1.35, rel=1e-6)
+
+
+def test_bodies_that_need_each_other_are_apart():
+    """A lintel on two posts that tip: neither moves without the other two, all by one horizontal displacement."""
+    posts = [box((x, 0, 0), (x + 0.5, 1, 3)) for x in (0, 3)]
+    found = checked([*posts, box((0, 0, 3), (3.5, 1, 3.5))], friction=5.0)
+    assert not any("without the others" in text for text in found.warnings)
+    # Posts of weight 1.5 move by 1.5, the lintel of weight 1.75 by 3: (4.5 + 5.25)^2 / (4.75 (6.75 + 15.75)).
+    assert (len(found.bodies), found.participation) == (3, pytest.approx(9.75**2 / (4.75 * 22.5), rel=1e-4))
+
+
+def test_a_permanent_load_that_presses_down_without_mass_is_told():
+    wall = on_a_base([box((0, 0, 0), (0.5, 3, 4), name="wall")])
+    dead = point_load(wall, "wall", (0.25, 1.5, 4), (0, 0, -5e4))
+    limit = limit_load(wall, (1, 0, 0), loads=dead)
+    for loads in (None, dead):
+        (told,) = linear_check(limit, (1, 0, 0), loads=loads).warnings
+        assert "50000 N press down and have no mass" in told
+    assert linear_check(limit_load(wall, (1, 0, 0)), (1, 0, 0)).warnings == ()
+    lifted = point_load(wall, "wall", (0.25, 1.5, 4), (0, 0, 5e3))
+    assert linear_check(limit_load(wall, (1, 0, 0), loads=lifted), (1, 0, 0), loads=lifted).warnings == ()
+
+
+def test_beyond_its_last_period_a_table_has_the_velocity_of_the_last():
+    """Between TC = .47 s and TD = 2.4 s S_e T is constant, so a table that ends at 1 s tells the same up to TD."""
+    site = Site("C", f0=2.5, tc_star=0.3)
+    table = SpectrumTable((0.0, 0.5, 1.0), tuple(site.spectrum(0.2, period) for period in (0.0, 0.5, 1.0)))
+    for period in (1.5, 2.26):
+        assert table.spectrum(site.spectrum(0.2, 0.0), period) == pytest.approx(site.spectrum(0.2, period), rel=1e-9)
+    assert table.spectrum(site.spectrum(0.2, 0.0), 4.0) > site.spectrum(0.2, 4.0)
+
+
+def test_a_floor_asks_for_no_less_than_the_ground():
+    """At the foot of a building psi goes to 0; what stands there feels the ground."""
+    wall = on_a_base([box((0, 0, 0), (0.5, 3, 4), name="wall")])
+    limit, curve = limit_load(wall, (1, 0, 0)), capacity(wall, (1, 0, 0), control="wall")
+    for psi in (0.1, 1e-3):
+        low = Floor(period=0.3, own_period=0.05, gamma=1.2, psi=psi)
+        assert linear_check(limit, (1, 0, 0), floor=low).ag_life == linear_check(limit, (1, 0, 0)).ag_life
+        states = [nonlinear_check(curve, (1, 0, 0), floor=own).state("SLD").ag for own in (low, None)]
+        assert states[0] == states[1]
+
+
+def test_the_slenderness_of_a_rocking_block_is_that_of_its_diagonal_with_a_tie_too():
+    tie = Tie((0, "b"), ((-1, 0.5, 2), (0, 0.5, 2)), greatest=2000.0)
+    free = on_a_base([box((0, 0, 0), (0.5, 1, 2), name="b")], density=1000.0, friction=5.0)
+    for asm in (free, free.with_(ties=[tie])):
+        found = nonlinear_check(capacity(asm, (1, 0, 0), control="b"), (1, 0, 0)).rocking
+        assert found.slenderness == pytest.approx(np.arctan(0.25), rel=1e-6)
+
+
+def test_the_demand_of_a_curve_is_given_by_limit_state():
+    wall = on_a_base([box((0, 0, 0), (0.5, 3, 4), name="wall")])
+    with pytest.raises(InputError, match=r"demand is 0\.15; give it by limit state"):
+        nonlinear_check(capacity(wall, (1, 0, 0), control="wall"), (1, 0, 0), demand=0.15)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"floor": (0.3, 0.1, 1.2)}, "floor is .*; it must be a Floor"),
+        ({"masses": 5}, "masses is 5; it must be a list"),
+        ({"masses": [("ground", (0, 0, -1), 1e6)]}, "masses: 'ground' is a support, which no mass pushes"),
+    ],
+)
+def test_what_is_no_floor_and_no_mass_is_refused(options, says):
+    for check, of in ((linear_check, limit()), (nonlinear_check, curve_of_wall())):
+        with pytest.raises(InputError, match=says):
+            check(of, SIDE, **options)
+
+
+@cache
+def curve_of_wall():
+    return capacity(wall(), SIDE, control="wall")
+
+
+def on_a_base(blocks, **options):
+    return Assembly.from_blocks([box((-1, -1, -1), (9, 9, 0)), *blocks], supports=[0], **options)
+
+
+def checked(blocks, demand=None, **options):
+    return linear_check(limit_load(on_a_base(blocks, **options), (1, 0, 0)), (1, 0, 0), demand=demand)

@@ -388,7 +388,7 @@ def standing(
     Raises
     ------
     InputError
-        When the assembly does not stand.
+        When the assembly does not stand, or is not proven to.
     """
     check_choice("solver", solver, CHOICES)
     problem = pose(assembly, **options)
@@ -397,8 +397,11 @@ def standing(
     if problem.program is not None and not len(problem.floating):
         posed = {"solver": solver, "motions": problem.motions}
         found = decide(problem.program, solve_penalty(problem.program, **posed), **posed)
-        if outcome_of(found.certificate) is Outcome.STABLE:
+        outcome = outcome_of(found.certificate)
+        if outcome is Outcome.STABLE:
             return problem, found.force
+        if outcome is Outcome.UNDECIDED:
+            raise InputError(f'"{assembly.name}" is neither proven to stand as it is nor to fall')
     raise InputError(f'"{assembly.name}" does not stand as it is; {otherwise}')
 
 

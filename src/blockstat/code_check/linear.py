@@ -20,8 +20,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
+from blockstat.code_check.macro_blocks import a_part_moves_alone
 from blockstat.code_check.pushed import G, check_pushed, mass_points
-from blockstat.code_check.spectrum import Floor, Spectrum, spectrum_of
+from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of
 from blockstat.errors import InputError, check_count, check_positive, check_vector, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
@@ -187,13 +188,15 @@ def linear_check(
 
     Notes
     -----
-    On the ground, `ag S = q a0*` (q = 1 for SLD); high up, `S_eZ(T0) = q a0*` with the floor spectrum. The method is
+    On the ground, `ag S = q a0*` (q = 1 for SLD); high up, `S_eZ(T0) = q a0*` with the floor spectrum, which asks for
+    no less than the ground does: its one mode leaves out what a building moves with its ground. The method is
     calibrated for mechanisms whose points move parallel to one plane. On soil D `ag S` falls between two accelerations:
     `ag_life` is the one up to which all are borne, and a demand is compared at its own ag.
 
     By C8.7.1.5 a lower e* is a higher a0*. e* sinks where still weights count and where one macro-block counts as many
     bricks; by Cauchy and Schwarz it is at most 1. So blocks whose motion the bracket of the limit does not prove do not
-    count, and more bodies than a hand mechanism has are taken as one. The result has both e*.
+    count, and more bodies than a hand mechanism has are taken as one. So are bodies of which some are a mechanism of
+    the same multiplier without the others, for how far these move is then arbitrary. The result has both e*.
 
     Examples
     --------
@@ -214,18 +217,21 @@ def linear_check(
     if demand is not None:
         check_demand("demand", demand)
     ground = spectrum_of(site)
+    check_floor(floor)
     bodies = moving_bodies(limit)
     if limit.coulomb_least is None:
         alpha0, multiplier = limit.lower, "with associated friction, which dilates: real joints may carry less"
     else:
         alpha0, multiplier = limit.coulomb_least[0], "without dilatancy, of the joints that carry least"
     sums = work_sums(limit.assembly, limit.mechanism, direction, bodies, masses)
-    check_pushed(limit, direction, masses, loads)
-    share, _, warnings = oscillator(sums, bodies, macro_blocks)
+    push, idle = check_pushed(limit, direction, masses, loads)
+    mixed = 1 < len(bodies) <= macro_blocks and a_part_moves_alone(limit, bodies, push)
+    share, _, warnings = oscillator(sums, bodies, macro_blocks, mixed=mixed)
     acceleration = alpha0 * G / (share * confidence)
 
     def needed(ag: float) -> float:
-        return ground.spectrum(ag, 0.0) if floor is None else floor.spectrum(ground, ag)
+        own = ground.spectrum(ag, 0.0)
+        return own if floor is None else max(own, floor.spectrum(ground, ag))
 
     ag_life = bearable(needed, behaviour * acceleration / G)
     return LinearCheck(
@@ -243,7 +249,7 @@ def linear_check(
         bodies=tuple(tuple(int(block) for block in body) for body in bodies),
         multiplier=multiplier,
         ground=ground.words,
-        warnings=warnings,
+        warnings=(*warnings, *idle),
     )
 
 
@@ -283,9 +289,9 @@ def asked_for(demand: float | None, satisfied: bool | None, ag: float) -> str:
 
 
 def oscillator(
-    sums: tuple[float, float, float], bodies: Sequence[Ints], macro_blocks: int
+    sums: tuple[float, float, float], bodies: Sequence[Ints], macro_blocks: int, *, mixed: bool
 ) -> tuple[float, float, tuple[str, ...]]:
-    """Return the equivalent oscillator of a mechanism, of one body where there are more bodies than macro-blocks.
+    """Return the equivalent oscillator of a mechanism, of one body where its bodies are no macro-blocks of it.
 
     Parameters
     ----------
@@ -295,6 +301,8 @@ def oscillator(
         Blocks that move as one.
     macro_blocks : int
         Bodies up to which e* is that of the bodies apart.
+    mixed : bool
+        Whether some of the bodies are a mechanism without the others.
 
     Returns
     -------
@@ -307,13 +315,16 @@ def oscillator(
     e* = 1 and the mean displacement of the weights: both a0 and d0 are on the safe side, and T is the same.
     """
     total, first, second = sums
-    if len(bodies) <= macro_blocks:
-        return first**2 / (total * second), second / first, ()
     apart = first**2 / (total * second)
+    if len(bodies) <= macro_blocks and not mixed:
+        return apart, second / first, ()
+    taken = f"they are taken as one, e* = 1, the safe side. Apart they have e* = {apart:.4g}"
     words = (
-        f"the mechanism has {count(bodies)}, more than the {macro_blocks} of a mechanism drawn by hand; they are taken "
-        f"as one, e* = 1, the safe side. Apart they have e* = {apart:.4g} and would bear {1 / apart:.3g} times the "
-        f"acceleration: bricks count there as macro-blocks"
+        f"of the {count(bodies)} of the mechanism some are a mechanism without the others, so that how far each moves "
+        f"beside them is arbitrary; {taken}"
+        if mixed
+        else f"the mechanism has {count(bodies)}, more than the {macro_blocks} of a mechanism drawn by hand; {taken} "
+        f"and would bear {1 / apart:.3g} times the acceleration: bricks count there as macro-blocks"
     )
     return 1.0, first / total, (words,)
 

@@ -33,8 +33,9 @@ from blockstat.code_check.linear import (
     oscillator,
     work_sums,
 )
+from blockstat.code_check.macro_blocks import a_part_moves_alone
 from blockstat.code_check.pushed import G, check_pushed, mass_points
-from blockstat.code_check.spectrum import Floor, Spectrum, spectrum_of
+from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of
 from blockstat.errors import InputError, check_choice, check_positive, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome
 from blockstat.result import Result
@@ -270,23 +271,27 @@ def nonlinear_check(
     check_positive("confidence", confidence, least=1)
     if curve.outcome not in (CapacityOutcome.ZERO, CapacityOutcome.COLLAPSE):
         raise InputError(f"the capacity curve does not tell where the multiplier is zero. {curve.outcome.value}")
+    if demand is not None and not isinstance(demand, Mapping):
+        raise InputError(f'demand is {demand!r}; give it by limit state, such as {{"SLV": 0.15}}')
     asked = dict(demand or {})
     for name, value in asked.items():
         check_choice("demand", name, ("SLD", *STATES))
         check_demand(f"demand of {name}", value)
     check_level(curve.assembly, direction)
     ground = _spectra(site)
+    check_floor(floor)
     curve, back = _forward(curve)
     dropped, after = _drop(curve)
     if not (curve.lower[0] > 0 and curve.displacement[-1] > 0 and dropped > 0):
         raise InputError("as soon as the mechanism moves the multiplier drops to less than half: there is no capacity")
     bodies = moving_bodies(curve.limit)
     sums = work_sums(curve.assembly, curve.points[0].mechanism, direction, bodies, masses)
-    check_pushed(curve.limit, direction, masses, loads)
-    share, per_control, told = oscillator(sums, bodies, macro_blocks)
+    push, idle = check_pushed(curve.limit, direction, masses, loads)
+    mixed = 1 < len(bodies) <= macro_blocks and a_part_moves_alone(curve.limit, bodies, push)
+    share, per_control, told = oscillator(sums, bodies, macro_blocks, mixed=mixed)
     displacement = per_control * curve.displacement
     acceleration = curve.lower * G / (share * confidence)
-    ultimate, warnings = float(displacement[-1]), [*told, *back]
+    ultimate, warnings = float(displacement[-1]), [*told, *idle, *back]
     if curve.outcome is CapacityOutcome.COLLAPSE and not back:
         warnings.append("the curve ends before the multiplier is zero; d0 is its end")
     if len(asked) > 1 and not isinstance(site, Mapping):
@@ -364,7 +369,8 @@ def _damage(acceleration: float, site: Spectrum, floor: Floor | None, demand: fl
     """The mechanism begins."""
 
     def at(ag: float) -> float:
-        return site.spectrum(ag, 0.0) if floor is None else floor.spectrum(site, ag)
+        own = site.spectrum(ag, 0.0)
+        return own if floor is None else max(own, floor.spectrum(site, ag))
 
     period, damping = (0.0, 5.0) if floor is None else (floor.own_period, floor.own_damping)
     borne = bearable(at, acceleration / G)
@@ -415,5 +421,7 @@ def _rocking(
     arm = np.array([*assembly.centroid[blocks], *(place for place, _ in points)]) - pole
     arm = arm - (arm @ axis)[:, None] * axis
     about = float((assembly.inertia[blocks] @ axis @ axis).sum() + mass @ (arm**2).sum(axis=1))
-    radius = float(np.linalg.norm(mass @ arm / mass.sum()))
-    return RockingBlock(radius, float(np.arctan(curve.lower[0])), float(np.sqrt(mass.sum() * G * radius / about)))
+    centre = mass @ arm / mass.sum()
+    radius, height = float(np.linalg.norm(centre)), -float(centre @ assembly.gravity) / np.linalg.norm(assembly.gravity)
+    slenderness = float(np.arctan2(np.sqrt(max(radius**2 - height**2, 0.0)), height))
+    return RockingBlock(radius, slenderness, float(np.sqrt(mass.sum() * G * radius / about)))

@@ -32,7 +32,7 @@ def check_pushed(
     direction: Sequence[float],
     masses: Sequence[tuple[int | str, Sequence[float], float]],
     loads: Loads | None,
-) -> None:
+) -> tuple[Floats, tuple[str, ...]]:
     """Check that the load of a limit is the acceleration of all that has mass.
 
     Parameters
@@ -46,6 +46,13 @@ def check_pushed(
     loads : array, shape (n_blocks, 6), WeightedLoads or None
         Permanent loads; None where they are not told.
 
+    Returns
+    -------
+    push : array, shape (n_blocks, 6)
+        The acceleration of all that has mass, in units of gravity, as a load [N, N m].
+    warnings : tuple of str
+        That permanent loads press down which have no mass, if there are any.
+
     Raises
     ------
     InputError
@@ -54,15 +61,17 @@ def check_pushed(
     """
     assembly = limit.assembly
     unit = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
-    push = acceleration(assembly, direction)
+    push, carried = acceleration(assembly, direction), 0.0
     for block, place, weight in mass_points(assembly, masses):
+        carried += weight
         force = weight / G * np.linalg.norm(assembly.gravity) * unit
         push[block, :3] += force
         push[block, 3:] += np.cross(place - assembly.centroid[block], force)
     beside = acting_beside_weight(limit) - limit.lower * push
+    free, down = assembly.free, assembly.gravity / np.linalg.norm(assembly.gravity)
+    idle = float((beside[free, :3] @ down).sum()) - carried
     if loads is not None:
         beside = beside - checked_loads(assembly, loads)
-    free = assembly.free
     weights = assembly.mass * np.linalg.norm(assembly.gravity)
     close = BALANCE * max(float(weights[free].max()), float(np.abs(limit.lower * push[free, :3]).max()))
     far = np.linalg.norm(assembly.vertices - assembly.centroid[assembly.vertex_block], axis=1)
@@ -81,6 +90,12 @@ def check_pushed(
             f"the limit is not that of an acceleration along {[*map(float, direction)]} of all that has mass: "
             f'another load acts on "{name}" ({told})'
         )
+    if idle <= BALANCE * float(weights[free].sum()):
+        return push, ()
+    return push, (
+        f"permanent loads of {idle:.6g} N press down and have no mass; what of them is weight is given by masses=, "
+        f"without which alpha0 is too high",
+    )
 
 
 def acting_beside_weight(limit: LimitLoad) -> Floats:
@@ -136,8 +151,10 @@ def mass_points(
     Raises
     ------
     InputError
-        For a weight that is not above 0, a point that is not three numbers, or an unknown block.
+        For a weight that is not above 0, a point that is not three numbers, an unknown block, or a support.
     """
+    if not isinstance(masses, Sequence):
+        raise InputError(f"masses is {masses!r}; it must be a list of a block, a point of it and a weight each")
     for mass in masses:
         if not isinstance(mass, Sequence) or len(mass) != 3:
             raise InputError(f"masses: {mass!r}; each is a block, a point of it and a weight")
@@ -145,5 +162,7 @@ def mass_points(
         blocks = assembly.blocks_named(name, "masses")
         if len(blocks) != 1:
             raise InputError(f"masses: {name!r} are {len(blocks)} blocks; give one")
+        if assembly.support[blocks[0]]:
+            raise InputError(f"masses: {name!r} is a support, which no mass pushes")
         check_positive(f"masses: the weight on {name!r}", weight)
         yield int(blocks[0]), three(point, "masses: the point"), float(weight)

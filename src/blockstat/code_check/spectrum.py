@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from blockstat.errors import InputError, check_choice, check_positive
+from blockstat.loads import numbers
 
 #: Table 3.2.IV: least S_S, a and b of `S_S = a - b F0 ag/g`, greatest S_S; and p, q of `C_C = p TC*^q`.
 SOILS = {
@@ -109,7 +110,7 @@ class SpectrumTable:
     values: tuple[float, ...]  #: S_e at 5 % damping, in units of g
 
     def __post_init__(self) -> None:
-        periods, values = np.asarray(self.periods, dtype=float), np.asarray(self.values, dtype=float)
+        periods, values = numbers(self.periods), numbers(self.values)
         if periods.ndim != 1 or periods.shape != values.shape or len(periods) < 2:
             raise InputError("spectrum: periods and values must be as many numbers, two at least")
         if not (np.isfinite(periods).all() and (np.diff(periods) > 0).all() and periods[0] == 0):
@@ -132,7 +133,8 @@ class SpectrumTable:
         ag : float
             Value at T = 0, in units of g.
         period : float
-            T [s]; beyond the last period the displacement is that of the last.
+            T [s]; beyond the last period the velocity is that of the last, as between T_C and T_D of the code. Beyond
+            T_D that asks for too much.
         damping : float, optional
             xi [per cent].
 
@@ -142,7 +144,7 @@ class SpectrumTable:
             S_e / g.
         """
         last, eta, first = self.periods[-1], damping_factor(damping), int(np.argmax(self.values))
-        value = float(np.interp(period, self.periods, self.values)) * (1.0 if period <= last else (last / period) ** 2)
+        value = float(np.interp(period, self.periods, self.values)) * min(1.0, last / max(period, last))
         if period < self.periods[first]:
             value -= (1.0 - eta) * self.values[first] * period / self.periods[first]
         elif period:
@@ -262,3 +264,20 @@ def damping_factor(damping: float) -> float:
         eta [-].
     """
     return max(float(np.sqrt(10.0 / (5.0 + damping))), 0.55)
+
+
+def check_floor(floor: Any) -> None:
+    """Check that what was given as a floor is one, or None.
+
+    Parameters
+    ----------
+    floor : object
+        What was given.
+
+    Raises
+    ------
+    InputError
+        For anything else.
+    """
+    if floor is not None and not isinstance(floor, Floor):
+        raise InputError(f"floor is {floor!r}; it must be a Floor")

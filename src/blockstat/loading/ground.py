@@ -369,7 +369,10 @@ def dispersed(
     plan = _plan(up)
     flat = plan @ place
     rectangle = box(*(flat - sides / 2), *(flat + sides / 2))
-    parts = [part for face in faces if (part := _under(face, plan, up, rectangle)).region.area > 0]
+    # What stands above the load carries none of it.
+    level = float(place @ up) + ON * float(assembly.size.max())
+    lower = [part for face in faces if (part := _below(face, up, level)).region.area > 0]
+    parts = [part for face in lower if (part := _under(face, plan, up, rectangle)).region.area > 0]
     _check_single(assembly, parts)
     carried = sum(part.region.area * float(part.normal @ up) for part in parts)
     return integrated(assembly, parts, lambda _, normal: -(force / carried * (normal @ up))[:, None] * up)

@@ -25,6 +25,7 @@ from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import FORCE_LIMIT, force_errors, power
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, check_choice, check_vector, known_options
+from blockstat.loads import ON_BLOCK
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.result import Result, Sentence
 from blockstat.sequence.states import State, Whole
@@ -263,6 +264,14 @@ def held_by_props(
         block = assembly.blocks_named(prop.block, "falsework")[0]
         if not free[block]:
             raise InputError(f'falsework: block "{prop.block}" is held or not present; props stand under free blocks')
+        place, low, high = np.asarray(prop.point, dtype=float), assembly.bounds[0][block], assembly.bounds[1][block]
+        # The whole box: the centre of a warped face or of a notched one lies in it, and so does a hoist's centroid.
+        room = ON_BLOCK * float(assembly.size[block])
+        if not ((low - room <= place) & (place <= high + room)).all():
+            raise InputError(
+                f'falsework: the prop at {place.tolist()} is not on block "{prop.block}", which is from {low.tolist()} '
+                f"to {high.tolist()}"
+            )
     problem = whole.propped(free, present)
     return problem, *_least(problem, tuple(props), least)
 

@@ -96,7 +96,7 @@ class DirectionalLimits(Result):
     @property
     def names(self) -> tuple[str, ...]:
         """One name a direction: "+x", "-y", or its angle, such as "22.5 deg"."""
-        return tuple(_name(angle) for angle in self.angles)
+        return tuple(_name(*where) for where in zip(self.angles, self.directions, strict=True))
 
     @property
     def weakest(self) -> int:
@@ -275,7 +275,7 @@ def limit_load_by_direction(
         found = limit_load(assembly, _towards(axes, angle), **options)
         done.append(angle)
         if progress is not None:
-            progress(len(done), _name(angle), found)
+            progress(len(done), _name(angle, _towards(axes, angle)), found)
         return found
 
     angles = [2 * np.pi * k / directions for k in range(directions)]
@@ -330,10 +330,12 @@ def _towards(axes: Floats, angle: float) -> Floats:
     return np.asarray(turn @ axes, dtype=float)
 
 
-def _name(angle: float) -> str:
+def _name(angle: float, direction: Floats) -> str:
+    """The coordinate axis nearest to a direction at right angles to the first one or along it; or its angle."""
     quarter = angle / (np.pi / 2)
     if abs(quarter - round(quarter)) < SAME:
-        return ("+x", "+y", "-x", "-y")[round(quarter) % 4]
+        k = int(np.argmax(np.abs(direction)))
+        return f"{'+' if direction[k] > 0 else '-'}{'xyz'[k]}"
     return f"{np.rad2deg(angle):.4g} deg"
 
 

@@ -39,7 +39,7 @@ TONES = {
     "stable": "good", "stands": "good", "satisfied": "good",
     "unstable": "bad", "falls": "bad", "stable_only_by_self_stress": "bad", "not_satisfied": "bad",
 }  # fmt: skip
-AXES = ("+x", "-x", "+y", "-y")  #: directions whose mechanisms are shown, beside the weakest
+AXES = ("+x", "-x", "+y", "-y", "+z", "-z")  #: directions whose mechanisms are shown, beside the weakest
 MEANING = (
     "Blocks are rigid and joints carry no tension unless a joint law says so. Stable by force fields alone means that "
     "forces within every friction cone balance every block. This is necessary for rest and, with real friction, not "
