@@ -9,6 +9,8 @@ import json
 import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator
+from functools import reduce
+from operator import add
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -121,7 +123,7 @@ def join_primitives(scene: trimesh.Scene, n_surfaces: Callable[[trimesh.Trimesh]
         parts = [name for name in scene.geometry if name in names and not n_surfaces(scene.geometry[name])]
         if len(parts) < 2:
             continue
-        whole = sum((scene.geometry[name] for name in parts[1:]), scene.geometry[parts[0]])
+        whole = reduce(add, (scene.geometry[name] for name in parts))
         if n_surfaces(whole) == 1:
             # The name of the node is its own again where no other primitive is left.
             whole.metadata["from_gltf_primitive"] = len(parts) < len(names)
