@@ -255,3 +255,55 @@ def test_a_cavity_belongs_to_the_smallest_stone_around_it_and_a_stone_inside_out
         read(path, supports=[0])
     found, _ = repair(path, supports=[0])
     np.testing.assert_allclose(found.volume, [27 - 2 * 2 * 1.5, 1 - 0.4**3, 1], rtol=1e-6)
+
+
+def in_primitives(content, sizes):
+    """Cut the first mesh of a GLB into primitives of so many triangles."""
+    mesh, accessors = content["meshes"][0], content["accessors"]
+    first = mesh["primitives"][0]
+    indices = accessors[first["indices"]]
+    mesh["primitives"] = []
+    for start, size in zip(np.cumsum([0, *sizes]).tolist(), sizes, strict=False):
+        mesh["primitives"].append(first | {"indices": len(accessors)})
+        accessors.append(indices | {"byteOffset": 12 * start, "count": 3 * size})  # 4 bytes a corner
+
+
+@pytest.mark.parametrize("sizes", [(6, 6), (1, 10, 1)])
+def test_primitives_of_a_glb_that_close_together_are_one_stone(sizes, tmp_path):
+    path = write(Assembly.from_blocks([box((0, 0, 0), (1, 2, 3), name="pier")], supports=[0]), tmp_path / "w.glb")
+    change_glb(path, lambda content: in_primitives(content, sizes))
+    found = read(path)
+    np.testing.assert_allclose(found.volume, [6])
+    np.testing.assert_allclose(found.centroid, [[0.5, 1, 1.5]])
+    assert (found.names, len(found.faces_of(0))) == (("pier",), 6)
+
+    def again(content):
+        node = next(node for node in content["nodes"] if "mesh" in node)
+        other = node | {"name": "second", "extras": {}, "matrix": np.array(node["matrix"]).tolist()}
+        other["matrix"][12:15] = [4, 0, 0]
+        content["nodes"].append(other)
+        content["scenes"][0]["nodes"].append(len(content["nodes"]) - 1)
+
+    change_glb(path, again)  # two nodes of one mesh
+    found = read(path)
+    assert found.names == ("pier", "second")
+    np.testing.assert_allclose(found.centroid, [[0.5, 1, 1.5], [4.5, 1, 1.5]])
+
+
+@pytest.mark.parametrize("far", [1.0, 3.0])
+def test_primitives_of_a_glb_that_are_several_stones_are_not_joined(far, tmp_path):
+    """Two cubes in one mesh, touching or apart: in primitives of one each they are two, in others they are open."""
+    two = type(STONE)(
+        np.vstack([STONE.vertices, np.array(STONE.vertices) + [far, 0, 0]]),
+        [*STONE.faces, *([k + 8 for k in face] for face in STONE.faces)],
+        "two",
+    )
+    with pytest.warns(match="separate solids"):
+        apart = Assembly.from_blocks([two], supports=[0])
+    path = write(apart, tmp_path / "w.glb")
+    change_glb(path, lambda content: in_primitives(content, (12, 12)))
+    np.testing.assert_allclose(read(path, supports=[0]).volume, [1, 1])
+    path = write(apart, tmp_path / "w.glb")
+    change_glb(path, lambda content: in_primitives(content, (6, 12, 6)))
+    with pytest.raises(InputError):
+        read(path, supports=[0])

@@ -19,6 +19,7 @@ import numpy as np
 
 from blockstat.assembly import Block
 from blockstat.errors import HUGE, InputError, gathered, some
+from blockstat.geometry.components import connected_components
 from blockstat.geometry.triangulation import triangulate
 from blockstat.io.names import distinct_names
 from blockstat.io.obj import read_obj, split_solids, write_obj
@@ -115,6 +116,8 @@ def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
             solids = split_solids(solids[0])
         return [_Solid(*solid) for solid in solids], shared
     scene = loaded(path, trimesh.load_scene)
+    if suffix == ".glb":
+        glb.join_primitives(scene, _n_surfaces)
     number = {geometry: number for number, geometry in enumerate(scene.geometry)}
     order = {
         node: (glb.number_of(node) if suffix == ".glb" else 0, number[scene.graph[node][1]])
@@ -124,6 +127,15 @@ def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
     ordered = sorted(order, key=order.__getitem__)
     solids = gathered(partial(_of_node, scene, node, path.suffix, *named[node]) for node in ordered)
     return [solid for own in solids for solid in own], scene.metadata
+
+
+def _n_surfaces(mesh: trimesh.Trimesh) -> int:
+    """How many closed surfaces a mesh is; none where an edge is not between two triangles."""
+    if not (np.abs(mesh.vertices) < HUGE).all():
+        return 0  # refused later
+    mesh = mesh.copy()
+    mesh.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(mesh))
+    return connected_components(len(mesh.faces), mesh.face_adjacency)[0] if mesh.is_watertight else 0
 
 
 def _names(scene: trimesh.Scene, path: Path) -> dict[str, tuple[str, str]]:

@@ -7,11 +7,17 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from functools import reduce
+from operator import add
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from blockstat.errors import InputError, some
+
+if TYPE_CHECKING:
+    import trimesh
 
 #: Extensions that change no corner.
 HARMLESS = re.compile(r"[A-Z]+_(materials|texture|lights)_\w+")
@@ -94,6 +100,35 @@ def number_of(name: str) -> int:
     (12, 3)
     """
     return int(name.partition("_")[0])
+
+
+def join_primitives(scene: trimesh.Scene, n_surfaces: Callable[[trimesh.Trimesh], int]) -> None:
+    """Put primitives of one mesh together, one a material, where only together they are one closed surface.
+
+    Where they would be several, which of them make a stone cannot be told: they stay as they are, open.
+
+    Parameters
+    ----------
+    scene : trimesh.Scene
+        As trimesh read it, with an object for each primitive of a mesh that has several; it is changed.
+    n_surfaces : callable
+        Of a mesh, the number of its closed surfaces, 0 where it is open.
+    """
+    primitives: dict[int, set[str]] = defaultdict(set)
+    for node in scene.graph.nodes_geometry:
+        geometry = str(scene.graph[node][1])
+        if scene.geometry[geometry].metadata.get("from_gltf_primitive"):
+            primitives[number_of(node)].add(geometry)
+    for names in {frozenset(own) for own in primitives.values()}:  # nodes may share a mesh
+        parts = [name for name in scene.geometry if name in names and not n_surfaces(scene.geometry[name])]
+        if len(parts) < 2:
+            continue
+        whole = reduce(add, (scene.geometry[name] for name in parts))
+        if n_surfaces(whole) == 1:
+            # The name of the node is its own again where no other primitive is left.
+            whole.metadata["from_gltf_primitive"] = len(parts) < len(names)
+            scene.geometry[parts[0]] = whole
+            scene.delete_geometry(parts[1:])
 
 
 def _text(data: bytes) -> bytes:
