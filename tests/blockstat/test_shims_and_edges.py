@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from blockstat import Assembly, Block, Outcome, assess, box, find_interfaces
+from evidence.scenes.small import prism
 
 #: Turns about the vertical, places as in a national grid, and orders of the blocks do not change an answer.
 PLACES = {"here": (0.0, (0, 0, 0)), "turned": (0.7, (3, -2, 1)), "in a grid": (2.0, (5e5, 5e6, 0))}
@@ -31,14 +32,6 @@ def placed(request):
         return assess(asm).outcome, pairs, found
 
     return build
-
-
-def prism(corners):
-    """Block of an outline (x, z), counter-clockwise, from y = 0 to 1."""
-    n = len(corners)
-    side = [[(i + 1) % n, i, i + n, (i + 1) % n + n] for i in range(n)]
-    vertices = [(x, y, z) for y in (0, 1) for x, z in corners]
-    return Block(vertices, [list(range(n)), list(range(2 * n - 1, n - 1, -1)), *side])
 
 
 def cube_on(bottom, *, cuts=(), triangles=False):
@@ -81,10 +74,10 @@ def test_a_block_on_a_shim_and_on_its_edge_is_a_beam_on_two_supports(placed, ope
     # The edge is at x = 1, the weight near .5: between the edge and a shim at 0, beside those at .55 to .65 and 1.
     slope = -0.002 / np.sqrt(1 - 0.002**2)
     c, s = np.sqrt(1 - 0.002**2), 0.002
-    block = prism([(1 - c, s + open_), (1, open_), (1 + s, c + open_), (1 - c + s, s + c + open_)])
+    block = prism([(1 - c, s + open_), (1, open_), (1 + s, c + open_), (1 - c + s, s + c + open_)], 1.0)
     left, right = shim - 0.05, shim + 0.05
     top = [s + open_ + slope * (x - (1 - c)) for x in (left, right)]
-    pad = prism([(left, 0), (right, 0), (right, top[1]), (left, top[0])])
+    pad = prism([(left, 0), (right, 0), (right, top[1]), (left, top[0])], 1.0)
     found, pairs, contacts = placed([BASE, block, pad])
     assert found is outcome
     assert frozenset((0, 1)) in pairs
@@ -94,9 +87,9 @@ def test_a_block_on_a_shim_and_on_its_edge_is_a_beam_on_two_supports(placed, ope
 @pytest.mark.parametrize("open_", [0.0, 1e-8, 1e-3])
 def test_an_edge_on_another_level_than_the_shim_carries(placed, open_):
     # A beam on a shim at x = .1 to .2 and on its wedge at x = 2, half a metre above the shim.
-    base = prism([(-1, -1), (3, -1), (3, 0.5), (1.5, 0.5), (1.5, 0), (-1, 0)])
+    base = prism([(-1, -1), (3, -1), (3, 0.5), (1.5, 0.5), (1.5, 0), (-1, 0)], 1.0)
     wedge = [(1.7, 0.8), (2, 0.5 + open_), (2.3, 0.8)]
-    beam = prism([(0, 0.002), (0.3, 0.002), (0.3, 0.8), *wedge, (2.3, 1.5), (0, 1.5)])
+    beam = prism([(0, 0.002), (0.3, 0.002), (0.3, 0.8), *wedge, (2.3, 1.5), (0, 1.5)], 1.0)
     found, pairs, contacts = placed([base, beam, box((0.1, 0.1, 0), (0.2, 0.9, 0.002))])
     assert found is Outcome.STABLE
     assert pairs == {frozenset(pair) for pair in ((0, 1), (0, 2), (1, 2))}
@@ -108,10 +101,10 @@ def test_an_edge_on_another_level_than_the_shim_carries(placed, open_):
 def test_a_feather_edge_drawn_too_long_leaves_the_bed_beside_it(placed, open_, over, divided):
     # The weight at x = -.2 stands on the bed from -1.4 to 0; the wedge beside it bears from 0 on alone.
     t = np.tan(np.deg2rad(10))
-    base = prism([(-2, -1), (1, -1), (1, -t), (0, 0), (-2, 0)])
-    feather = prism([(-over, open_), (1, -t), (1, open_)])
+    base = prism([(-2, -1), (1, -1), (1, -t), (0, 0), (-2, 0)], 1.0)
+    feather = prism([(-over, open_), (1, -t), (1, open_)], 1.0)
     bed = [(-1.4, open_), *([(-0.5, open_)] if divided else []), (1, open_)]
-    found, pairs, _ = placed([base, feather, prism([*bed, (1, 1), (-1.4, 1)])])
+    found, pairs, _ = placed([base, feather, prism([*bed, (1, 1), (-1.4, 1)], 1.0)])
     assert found is Outcome.STABLE
     assert frozenset((0, 2)) in pairs
 
@@ -122,7 +115,7 @@ def test_a_feather_edge_drawn_too_long_leaves_the_bed_beside_it(placed, open_, o
 def test_an_edge_in_the_plane_of_the_shim_carries_where_it_is_drawn_to_meet(placed, tip, outcome):
     # The beam of 2.3 m tips about its shim at x = .1 to .2 unless its wedge at x = 2 meets the base, 2 mm below.
     wedge = [(1.7, 0.8), (2, tip), (2.3, 0.8)]
-    beam = prism([(0, 0.002), (0.3, 0.002), (0.3, 0.8), *wedge, (2.3, 1.5), (0, 1.5)])
+    beam = prism([(0, 0.002), (0.3, 0.002), (0.3, 0.8), *wedge, (2.3, 1.5), (0, 1.5)], 1.0)
     base = box((-1, -1, -1), (3, 2, 0))
     found, pairs, _ = placed([base, beam, box((0.1, 0.1, 0), (0.2, 0.9, 0.002))])
     assert found is outcome
