@@ -185,8 +185,8 @@ class Assembly(Polyhedra):
             friction=rubbing,
             gravity=pull,
             metadata=dict(metadata or {}),
-            joints=tuple(joints),
-            ties=tuple(ties),
+            joints=_listed("joints", joints, JointLaw),
+            ties=_listed("ties", ties, Tie),
         )
         check_geometry(assembly, assembly.names)
         check_laws(assembly.joints, assembly.groups)
@@ -292,16 +292,24 @@ class Assembly(Polyhedra):
         if "gravity" in changes:
             changes["gravity"] = check_gravity(changes["gravity"])
         if "joints" in changes:
-            changes["joints"] = tuple(changes["joints"])
+            changes["joints"] = _listed("joints", changes["joints"], JointLaw)
             check_laws(changes["joints"], changes.get("groups", self.groups))
         if "ties" in changes:
-            changes["ties"] = tuple(changes["ties"])
+            changes["ties"] = _listed("ties", changes["ties"], Tie)
         changed = replace(self, **changes)
         if not GEOMETRY & changes.keys():
             # The same blocks: what has been computed of their shapes is not computed again.
             vars(changed).update((name, value) for name, value in vars(self).items() if name in OF_SHAPES)
         _check_ties(changed)
         return changed
+
+
+def _listed(what: str, given: Any, kind: type) -> tuple[Any, ...]:
+    """What is given as a sequence of one kind."""
+    found = tuple(given) if isinstance(given, Iterable) else (None,)
+    if not all(isinstance(one, kind) for one in found):
+        raise InputError(f"{what} is {given!r}; it must be a sequence of {kind.__name__}")
+    return found
 
 
 def _check_ties(assembly: Assembly) -> None:

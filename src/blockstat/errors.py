@@ -332,6 +332,39 @@ def check_positive(what: str, value: Any, *, least: float = 0.0) -> None:
     raise InputError(f"{what} is {value!r}; it must be {bound}{finite}")
 
 
+def check_number(what: str, value: Any, *, least: float = -np.inf, most: float = np.inf) -> None:
+    """Raise InputError unless a value is a finite number between two bounds.
+
+    Parameters
+    ----------
+    what : str
+        What it is; the message begins with it.
+    value : object
+        What was given.
+    least, most : float, optional
+        The bounds, allowed themselves.
+
+    Raises
+    ------
+    InputError
+        For anything else.
+
+    Examples
+    --------
+    >>> check_number("settlement: start", -1.0, least=0)
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: settlement: start is -1.0; it must be a number of at least 0
+    """
+    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    if number and np.isfinite(value) and least <= value <= most:
+        return
+    if np.isfinite(least) and np.isfinite(most):
+        raise InputError(f"{what} is {value!r}; it must be from {least:g} to {most:g}")
+    allowed = f" of at least {least:g}" if np.isfinite(least) else f" of at most {most:g}" if np.isfinite(most) else ""
+    raise InputError(f"{what} is {value!r}; it must be a {'' if allowed else 'finite '}number{allowed}")
+
+
 def check_count(what: str, value: Any, *, least: int = 1) -> None:
     """Raise InputError unless a value is a whole number of at least a bound.
 
@@ -358,6 +391,31 @@ def check_count(what: str, value: Any, *, least: int = 1) -> None:
     """
     if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < least:
         raise InputError(f"{what} is {value!r}; it must be a whole number of at least {least}")
+
+
+def check_names(what: str, given: Any) -> tuple[str, ...]:
+    """Return names as a tuple of text.
+
+    Parameters
+    ----------
+    what : str
+        What they are; the message begins with it.
+    given : object
+        What was given.
+
+    Returns
+    -------
+    tuple of str
+        The names.
+
+    Raises
+    ------
+    InputError
+        For one name where several stand.
+    """
+    if isinstance(given, str):
+        raise InputError(f"{what} is {given!r}; it must be a list of names")
+    return tuple(str(name) for name in given)
 
 
 def check_seed(value: Any) -> None:

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, InputError, assess, read
+from blockstat import Assembly, Block, InputError, Plan, Step, Tie, assess, capacity, moving_load, read
 from evidence.scenes.small import assembly, box, stack
 
 CUBE = box((0, 0, 0), (1, 1, 1), name="cube")
@@ -159,3 +159,17 @@ def test_mesh_without_supports_says_what_to_do(tmp_path):
     with pytest.raises(InputError, match="a mesh does not say which blocks are supports"):
         read(path)
     assert assess(read(path, supports=["ground"])).outcome.word == "stable"
+
+
+@pytest.mark.parametrize(("wrong", "words"), [
+    (lambda: Step("cube"), "step: install is 'cube'; it must be a list of names"),
+    (lambda: Plan((Step(("cube",)),), boundary="cube"), "plan: boundary is 'cube'; it must be a list of names"),
+    (lambda: Plan(Step(("cube",))), "they must be a tuple of Step"),
+    (lambda: stack(2).with_(ties=Tie((0, 1), ((0, 0, 0), (0, 0, 1)))), "ties is Tie.*; it must be a sequence of Tie"),
+    (lambda: stack(2).with_(joints=["dry"]), "joints is .'dry'.; it must be a sequence of JointLaw"),
+    (lambda: moving_load(stack(2), [(0.0, 1.0)], [(0, 0), (1, 0)], tolerance="a"), "tolerance is 'a'; it must be from"),
+    (lambda: capacity(stack(2), (1, 0, 0)).at("a"), "displacement is 'a'; it must be a finite number"),
+])  # fmt: skip
+def test_one_where_several_stand_and_text_where_a_number_does(wrong, words):
+    with pytest.raises(InputError, match=words):
+        wrong()

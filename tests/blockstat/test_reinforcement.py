@@ -231,11 +231,13 @@ def test_a_tendon_may_be_anchored_in_the_ground_beside_a_support():
         {"sides": (0.4, 0.6, 0.1)},
         {"sides": (0.4, "a")},
         {"sides": 0.4},
+        {"sides": (0.4, inf)},
         {"thickness": 0.0},
         {"thickness": nan},
+        {"thickness": "a"},
         {"outward": (0, 0, 0)},
     ],
 )
 def test_a_plate_has_an_extent_and_a_direction(bad):
-    with pytest.raises(InputError, match=r"plate: sides .* and thickness .* must be above 0, and outward not zero"):
+    with pytest.raises(InputError, match=r"^plate: (sides are .*two numbers|thickness is .*it must be) above 0"):
         anchor_plate((0, 0, 2), **{"outward": (-1, 0, 0), "sides": (0.4, 0.6)} | bad)

@@ -218,8 +218,8 @@ def test_supports_alone_are_built_in_one_way_without_a_hand():
 @pytest.mark.parametrize(
     ("data", "sentence"),
     [
-        ({"steps": [{"install": "base"}]}, '"base" stands where a list of blocks is needed'),
-        ({"steps": [], "boundary": "ground"}, '"ground" stands where a list of blocks is needed'),
+        ({"steps": [{"install": "base"}]}, "step 0: install is 'base'; it must be a list of names"),
+        ({"steps": [], "boundary": "ground"}, "boundary is 'ground'; it must be a list of names"),
         ({"steps": [{"install": ["base"], "hold": ["base", "base"]}]}, "step 0: a block is held twice"),
         (
             {"steps": [{"install": ["base"]}, {"install": ["left"]}], "never_installed": ["left"]},

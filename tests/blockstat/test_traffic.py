@@ -96,7 +96,7 @@ BAD_TRAIN = "each is a distance behind the first, at least 0, and a force above 
     [
         *((WHEEL, along(0, 3), {"positions": n}, f"positions is {n!r}; it must be a whole number from 1 to 100000")
           for n in (0, 2.5, "7", MOST_POSITIONS + 1)),
-        *((WHEEL, along(0, 3), {"tolerance": t}, f"tolerance is {t!r}; it must be from 1e-9 to 0.1")
+        *((WHEEL, along(0, 3), {"tolerance": t}, f"tolerance is {t!r}; it must be from 1e-09 to 0.1")
           for t in (0.0, 0.11, nan)),
         *((bad, along(0, 3), {}, BAD_TRAIN)
           for bad in ([], "wheel", [1.0, 2.0, 3.0], [(0, 1000, 1.2), (3, 2000, 1.2)], [(0, 0)], [(0, -1)], [(-1, 5)],

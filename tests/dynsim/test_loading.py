@@ -319,7 +319,7 @@ def test_loads_leave_the_verdict_without_them_as_it_was():
         (lambda: Tilt((0, 1, 0), 5, rate=0), "tilt: rate is 0; it must be above 0"),
         (lambda: Settlement("left", (0, 0), 0.1), "settlement: path is"),
         (lambda: Settlement("left", (0, 0, 1), -1), "settlement: speed is -1"),
-        (lambda: Removal("a", -1), "removal: time is -1; it must be 0 or more"),
+        (lambda: Removal("a", -1), "removal: time is -1; it must be a number of at least 0"),
         (lambda: Push("a"), "push: a velocity or an impulse is needed"),
         (lambda: Push("a", velocity=(1, 0, np.nan)), "push: velocity"),
         (lambda: Push("a", velocity=(1, 0, 0), point=(0, 0, 0)), "push: a point goes with an impulse"),

@@ -144,7 +144,7 @@ class SpectrumTable:
             S_e / g.
         """
         last, eta, first = self.periods[-1], damping_factor(damping), int(np.argmax(self.values))
-        value = float(np.interp(period, self.periods, self.values)) * min(1.0, last / max(period, last))
+        value = float(np.interp(period, self.periods, self.values)) * last / max(period, last)
         if period < self.periods[first]:
             value -= (1.0 - eta) * self.values[first] * period / self.periods[first]
         elif period:

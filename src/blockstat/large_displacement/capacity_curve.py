@@ -9,7 +9,7 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad
 from blockstat.contact.interfaces import Interfaces
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_number
 from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.linkage.path import PathEvent
 from blockstat.result import Result, Sentence, counted, finite
@@ -108,6 +108,7 @@ class CapacityCurve(Result):
             For a displacement that is not on the curve.
         """
         there = self.displacement
+        check_number("displacement", displacement)
         if not 0 <= displacement <= there.max():
             raise InputError(f"displacement is {displacement!r}; the curve is known from 0 to {there.max():.6g} m")
         last = int(np.flatnonzero(there <= displacement)[-1])

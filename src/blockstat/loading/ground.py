@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.contact.interfaces import Interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_number, check_positive, known_options
 from blockstat.loading.faces import ON, SLIVER, Face, integrated, selected, up_of
 from blockstat.loading.on_faces import facing
 from blockstat.loading.placed import PlacedForces
@@ -125,8 +125,9 @@ def fluid_forces(
     InputError
         As `fluid_pressure` does.
     """
-    values = {"level": level, "unit_weight": unit_weight, "coefficient": coefficient, "surcharge": surcharge}
-    _check(values, positive=("unit_weight",))
+    check_positive("unit_weight", unit_weight)
+    for name, value in (("level", level), ("coefficient", coefficient), ("surcharge", surcharge)):
+        check_number(name, value)
     faces = facing(assembly, selected(assembly, blocks, group), three(towards, "towards"), interfaces)
     up = up_of(assembly)
     wet = [part for face in faces if (part := _below(face, up, level)).region.area > 0]
@@ -220,7 +221,8 @@ def fill_forces(
     InputError
         As `fill_load` does.
     """
-    _check({"level": level, "unit_weight": unit_weight}, positive=("unit_weight",))
+    check_number("level", level)
+    check_positive("unit_weight", unit_weight)
     up = up_of(assembly)
     faces = facing(assembly, selected(assembly, blocks, group), up, interfaces)
     covered = [part for face in faces if (part := _below(face, up, level)).region.area > 0]
@@ -325,7 +327,8 @@ def dispersed_forces(
     InputError
         As `dispersed_load` does.
     """
-    _check({"force": force, "spread": spread}, positive=("force",))
+    check_positive("force", force)
+    check_number("spread", spread, least=0)
     faces = facing(assembly, selected(assembly, blocks, group), up_of(assembly), interfaces)
     return dispersed(assembly, faces, three(point, "point"), force, spread, footprint)
 
@@ -455,12 +458,3 @@ def _check_single(assembly: Assembly, faces: Sequence[Face]) -> None:
         if i < j:
             names = " and ".join(f'"{assembly.names[faces[k].block]}"' for k in (i, j))
             raise InputError(f"free faces of {names} lie above each other; name the group that carries the load")
-
-
-def _check(values: dict[str, float], *, positive: Sequence[str]) -> None:
-    """Raise InputError for a value that is no finite number, or not positive where it must be."""
-    for name, value in values.items():
-        number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool) and np.isfinite(value)
-        if not number or (name in positive and value <= 0) or (name == "spread" and value < 0):
-            allowed = "above 0" if name in positive else "at least 0" if name == "spread" else "finite"
-            raise InputError(f"{name} is {value!r}; it must be a number, {allowed}")

@@ -344,8 +344,9 @@ def anchor_plate(
 
     normal = three(outward, "outward")
     half = numbers(sides) / 2
-    if half.shape != (2,) or not (half > 0).all() or not thickness > 0 or not normal.any():
-        raise InputError(f"plate: sides {sides!r} and thickness {thickness!r} must be above 0, and outward not zero")
+    check_positive("plate: thickness", thickness)
+    if half.shape != (2,) or not (np.isfinite(half) & (half > 0)).all() or not normal.any():
+        raise InputError(f"plate: sides are {sides!r}; they must be two numbers above 0, and outward not zero")
     normal = normal / np.linalg.norm(normal)
     across = np.cross([0.0, 0.0, 1.0], normal)
     across = across / np.linalg.norm(across) if np.linalg.norm(across) > 1e-9 else np.array([1.0, 0.0, 0.0])

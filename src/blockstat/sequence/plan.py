@@ -15,7 +15,7 @@ import numpy as np
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP
-from blockstat.errors import InputError, check_choice, known_options, no_such
+from blockstat.errors import InputError, check_choice, check_names, known_options, no_such
 from blockstat.result import Result, finite
 from blockstat.sequence.props import Falsework, Prop, on_props
 from blockstat.sequence.states import Whole
@@ -44,6 +44,10 @@ class Step:
     props_in: tuple[str, ...] = ()  #: props set up now, by the names that the plan gives them
     props_out: tuple[str, ...] = ()  #: props taken away now
 
+    def __post_init__(self) -> None:
+        for name in ("install", "hold", "props_in", "props_out"):
+            check_names(f"step: {name}", getattr(self, name))
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -56,6 +60,12 @@ class Plan:
     assembly: str = ""  #: the file of the assembly
     metadata: dict[str, Any] = field(default_factory=dict)  #: other keys of the file
     props: Mapping[str, Prop] = field(default_factory=dict)  #: struts that push and never pull, by name
+
+    def __post_init__(self) -> None:
+        if isinstance(self.steps, Step) or not all(isinstance(step, Step) for step in self.steps):
+            raise InputError(f"plan: steps are {self.steps!r}; they must be a tuple of Step")
+        for name in ("boundary", "never_installed"):
+            check_names(f"plan: {name}", getattr(self, name))
 
     @property
     def most_held(self) -> int:
@@ -119,8 +129,8 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
         steps = tuple(_step(step, k) for k, step in enumerate(data["steps"]))
         plan = Plan(
             steps,
-            _names(data.get("boundary", ())),
-            _names(data.get("never_installed", ())),
+            check_names("boundary", data.get("boundary", ())),
+            check_names("never_installed", data.get("never_installed", ())),
             str(data.get("name", Path(path).stem)),
             str(data.get("assembly", "")),
             {k: v for k, v in data.items() if k not in KEYS},
@@ -132,8 +142,7 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         if isinstance(error, InputError):
             raise InputError(f"{path}: {error}") from None
-        form = '"steps", a list of {"install": [], "hold": []}'
-        raise InputError(f"{path}: a plan is a JSON object with {form}") from None
+        raise InputError(f'{path}: a plan is JSON with "steps", a list of {{"install": [], "hold": []}}') from None
     return plan
 
 
@@ -141,7 +150,7 @@ def _step(step: dict[str, Any], number: int) -> Step:
     unknown = set(step) - set(STEP_KEYS)
     if unknown:
         raise InputError(f"step {number}: {no_such('key', min(unknown), STEP_KEYS)}")
-    return Step(*(_names(step.get(key, ())) for key in ("install", "hold", "in", "out")))
+    return Step(*(check_names(f"step {number}: {key}", step.get(key, ())) for key in ("install", "hold", "in", "out")))
 
 
 def _prop(name: str, given: Any) -> Prop:
@@ -153,12 +162,6 @@ def _prop(name: str, given: Any) -> Prop:
         form = '{"block": NAME, "point": [x, y, z], "direction": [x, y, z]}'
         raise InputError(f'prop "{name}" is {given!r}; it must read {form}') from None
     return prop
-
-
-def _names(given: Any) -> tuple[str, ...]:
-    if isinstance(given, str):
-        raise InputError(f'"{given}" stands where a list of blocks is needed')
-    return tuple(str(name) for name in given)
 
 
 def write_plan(plan: Plan, path: str | Path) -> None:

@@ -20,7 +20,7 @@ from blockstat.analysis.limit_load import limit_load
 from blockstat.analysis.thrust import shared_joints, standing
 from blockstat.analysis.verdict import unit_motion
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_number, known_options
 from blockstat.loading.faces import selected, up_of
 from blockstat.loading.on_faces import facing
 from blockstat.loads import numbers
@@ -180,8 +180,7 @@ def moving_load(
     train = checked_train(axles)
     if not (isinstance(positions, int) and 1 <= positions <= MOST_POSITIONS):
         raise InputError(f"positions is {positions!r}; it must be a whole number from 1 to {MOST_POSITIONS}")
-    if not 1e-9 <= tolerance <= 0.1:
-        raise InputError(f"tolerance is {tolerance!r}; it must be from 1e-9 to 0.1")
+    check_number("tolerance", tolerance, least=1e-9, most=0.1)
     if spread is None and np.any(footprint):
         raise InputError(f"footprint is {footprint!r} without a spread; axles without fill stand on points")
     for name, value in (("spread", 0.0 if spread is None else spread), ("footprint", footprint)):

@@ -1,4 +1,4 @@
 """Loads: what acts on an assembly while it is simulated, and comes to an end.
 
-This room imports the root and `engine`, and of `blockstat` the root and `system`.
+This room imports `engine`, and of `blockstat` the root and `system`.
 """

@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.errors import InputError, check_positive, check_vector
+from blockstat.errors import InputError, check_number, check_positive, check_vector
 from blockstat.typing import Floats
-from dynsim.checks import not_negative
 from dynsim.engine.world import World
 
 #: Shapes of a pulse over its duration, x from 0 to 1.
@@ -169,7 +168,7 @@ class Pulse(Ground):
     def __post_init__(self) -> None:
         check_vector("pulse: peak", self.peak)
         check_positive("pulse: duration", self.duration)
-        not_negative(self.start, "pulse: start")
+        check_number("pulse: start", self.start, least=0)
         if self.shape not in SHAPES:
             raise InputError(f'pulse: no shape "{self.shape}"; shapes are: {", ".join(SHAPES)}')
 

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from blockstat.assembly import Assembly
-from blockstat.errors import InputError, check_positive, check_vector
+from blockstat.errors import InputError, check_number, check_positive, check_vector
 from blockstat.typing import Floats
-from dynsim.checks import not_negative
 from dynsim.engine.world import World
 
 LEVEL = 1e-3  #: an axis whose cosine with gravity is no more is level
@@ -127,7 +126,7 @@ class Settlement:
         if path.shape[1] != 3 or not np.isfinite(path).all() or not path.any():
             raise InputError(f"settlement: path is {self.path!r}; it must be displacements of three numbers, not all 0")
         check_positive("settlement: speed", self.speed)
-        not_negative(self.start, "settlement: start")
+        check_number("settlement: start", self.start, least=0)
 
     @property
     def travel(self) -> float:
@@ -217,7 +216,7 @@ class Removal:
     travel = 0.0
 
     def __post_init__(self) -> None:
-        not_negative(self.time, "removal: time")
+        check_number("removal: time", self.time, least=0)
 
     @property
     def end(self) -> float:
@@ -289,7 +288,7 @@ class Push:
                 check_vector(f"push: {name}", getattr(self, name))
         if self.point is not None:
             check_vector("push: point", self.point, zero=True)
-        not_negative(self.time, "push: time")
+        check_number("push: time", self.time, least=0)
 
     @property
     def end(self) -> float:
