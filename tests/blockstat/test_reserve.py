@@ -1,5 +1,6 @@
 """What a stable verdict has in reserve: neutral motions, slivers, and contacts that are in no program."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from blockstat import Block, JointLaw, LoadOutcome, Outcome, Tie, acceleration, assess, find_interfaces, limit_load
 from blockstat.analysis import limit_load as limits
 from blockstat.analysis.problem import pose
-from blockstat.analysis.reserve import SLIVER, loaded_slivers, neutral_warning, sliver_warning, without
+from blockstat.analysis.reserve import SLIVER, loaded_slivers, neutral_warning, sliver_warning, slivers_of, without
 from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings
 from evidence.scenes.small import assembly, box, prism
 
@@ -145,6 +146,61 @@ def test_a_joint_is_a_sliver_below_a_thousandth_of_the_smaller_block(scale):
                 forces[own] = 0.0
                 forces[joints.start[rows[0]], 1] = load  # of the weight of 1
                 assert (len(loaded_slivers(problem, forces)) == 1) is loaded
+
+
+def on_a_lip(height, *, mu=0.5):
+    """A cube on the ground that a lip of so much in front of it holds."""
+    lip, floor = box((-1, 0, -1), (0, 1, height), name="lip"), box((0, 0, -1), (2, 1, 0), name="floor")
+    cube = box((0, 0, 0), (1, 1, 1), name="cube")
+    return assembly([lip, floor, cube], supports=["lip", "floor"], friction=mu)
+
+
+@pytest.mark.parametrize("solver", ["auto", "clarabel"])
+def test_a_limit_that_rests_on_a_sliver_says_so_and_what_is_carried_without_it(solver):
+    """Without the lip the cube slides at its friction; with it, it tips about the lip at half its width by height."""
+    found = limit_load(on_a_lip(2e-6), (-1, 0, 0), solver=solver)
+    assert found.lower == pytest.approx(1.0, rel=1e-4)
+    (text,) = found.warnings
+    assert re.fullmatch(
+        r"the load is carried up to 1\.0000\d* only with joints narrower than 0\.001 of their smaller block: "
+        r'"lip" to "cube"; without them it is 0\.5',
+        text,
+    )
+
+
+def test_a_limit_that_rests_on_no_sliver_has_no_word_of_it():
+    assert limit_load(on_a_lip(2e-3), (-1, 0, 0)).warnings == ()  # no sliver
+    assert limit_load(on_a_lip(2e-6), (1, 0, 0)).warnings == ()  # not pushed against it
+    # The strip takes a load of its own; without it, the cube tips at a ten-thousandth less.
+    assert limit_load(resting(1e-4), (1, 0, 0)).warnings == ()
+
+
+def test_a_load_that_slivers_alone_carry_without_limit_says_so():
+    """Pushed by a / sqrt(2) down and forward, the cube slides where a / sqrt(2) = mu (1 + a / sqrt(2)), which
+    is never from mu = 1 on. Below that the lip alone lets it carry any load, as it does not tip.
+    """
+    asm = on_a_lip(2e-6, mu=1.5)
+    found = limit_load(asm, (-1, 0, -1))
+    assert found.outcome is LoadOutcome.UNBOUNDED
+    assert found.warnings == ()  # friction carries it as well
+    found = limit_load(asm.with_(friction=0.5), (-1, 0, -1))
+    assert found.outcome is LoadOutcome.UNBOUNDED
+    (text,) = found.warnings
+    assert text.startswith("any multiple is carried only with joints narrower than 0.001 of their smaller block: ")
+    assert text.endswith('"lip" to "cube"; without them it is 1.41421')
+
+
+def test_an_edge_shorter_than_a_thousandth_of_the_smaller_block_is_a_sliver_and_a_corner_is_none():
+    asm = resting(0.3)
+    joints = find_interfaces(asm)
+    least = SLIVER * asm.size[joints.pair[0]].min()
+    for kind, length, found in ((1, 0.9, [0]), (1, 1.1, []), (2, 0.9, [])):
+        point = joints.point.copy()
+        point[:2] = [(0, 0, 0), (length * least, 0, 0)]
+        count = np.concatenate([[0, 2], 2 + np.cumsum(np.diff(joints.start)[1:])])
+        point = np.concatenate([point[:2], point[joints.start[1] :]])
+        bare = replace(joints, kind=np.array([kind, 0]), area=np.array([0.0, 0.3]), point=point, start=count)
+        assert slivers_of(posed(asm, interfaces=bare)).tolist() == found
 
 
 def test_slivers_are_named_up_to_three():

@@ -12,7 +12,14 @@ from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.coulomb import FAMILY, CoulombState, coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, gap_warnings, pose, timed
-from blockstat.analysis.reserve import loaded_slivers, neutral_blocks, neutral_warning, sliver_warning, without
+from blockstat.analysis.reserve import (
+    loaded_slivers,
+    neutral_blocks,
+    neutral_warning,
+    sliver_warning,
+    slivers_of,
+    without,
+)
 from blockstat.analysis.rims import falling_freely, judged_with_rims, overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate, check
@@ -284,7 +291,7 @@ def _with_reserve(problem: Problem, verdict: Verdict, checked: Answer, loads: Lo
     warnings = neutral_warning(problem, neutral)
     slivers = loaded_slivers(problem, verdict.forces)
     if len(slivers):
-        others = without(problem.interfaces, slivers)
+        others = without(problem.interfaces, slivers_of(problem))
         bare = assess(problem.assembly, loads=loads, interfaces=others, solver=solver, score=False)
         warnings += [] if bare.outcome is Outcome.STABLE else sliver_warning(problem, slivers)
     return replace(verdict, neutral=neutral, warnings=(*verdict.warnings, *warnings)) if warnings else verdict

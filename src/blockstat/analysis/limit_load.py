@@ -7,7 +7,9 @@ upper bound from a mechanism that our own code has checked.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,9 +18,10 @@ from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.coulomb import multiplier_brackets
 from blockstat.analysis.decision import Bound, decide, narrowed, outcome_of, proven_bounds
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
+from blockstat.analysis.reserve import limit_warning
 from blockstat.analysis.rims import judged_with_rims, overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, fastest_first, first_words, moving_joints, unit_motion
-from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, is_closed
+from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, in_units, is_closed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.imperfection.imperfections import Imperfections
@@ -143,8 +146,7 @@ class LimitLoad(Result):
         if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED, LoadOutcome.UNDECIDED):
             below = f"{self.lower:.9g} <= " if np.isfinite(self.lower) else ""
             above = f" <= {self.upper:.9g}" if np.isfinite(self.upper) else ""
-            if below or above:
-                lines.append(f"{below}multiplier{above}")
+            lines += [f"{below}multiplier{above}"] if below or above else []
         if self.coulomb is not None and self.coulomb_least is not None:
             (low, high), (least, above) = self.coulomb, self.coulomb_least
             end = f"to {high:.5g}" if np.isfinite(low) else f"({UNBOUNDED:g} times the weight was tried)"
@@ -156,8 +158,7 @@ class LimitLoad(Result):
         if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED):
             counts = ", ".join(f"{len(pairs)} {kind}" for kind, pairs in self.joints().items())
             lines.append(f"Joints of the mechanism: {counts}.")
-            if len(self.moving):
-                lines.append(first_words(self.assembly, self.moving))
+            lines += [first_words(self.assembly, self.moving)] if len(self.moving) else []
         if words := self.interfaces.contact_words:
             lines.append(f"Contacts: {words}.")
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
@@ -290,9 +291,9 @@ def limit_load(
     if not (isinstance(tolerance, (int, float)) and 0 < tolerance <= 0.1):
         raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1 of the limit")
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
-    how: dict[str, Any] = {"optimum": optimum, "progress": progress}
+    options: dict[str, Any] = {"gap": gap, "solver": solver, "tolerance": tolerance, "optimum": optimum}
     if imperfections is not None:
-        options: dict[str, Any] = {"gap": gap, "solver": solver, "flow": flow, "tolerance": tolerance, **how}
+        options |= {"flow": flow, "progress": progress}
         brackets = []
         for case in cases_of(problem, loads, imperfections):
             own = limit_load(case.assembly, load, loads=case.loads, interfaces=case.interfaces, **options)
@@ -304,7 +305,9 @@ def limit_load(
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to load')
     direction = as_load(problem.assembly, load)
     timings = dict(problem.timings)
+    again = partial(limit_load, problem.assembly, direction, loads=loads, **options)
     with timed(timings, "solve"):
+        how = {"optimum": optimum, "progress": progress}
         outcome, lower, upper, force, twist, iterations = _bracket(problem, direction, solver, tolerance, **how)
     warnings = (*problem.warnings, *problem.strengths) if outcome is LoadOutcome.UNBOUNDED else problem.warnings
     found = LimitLoad(
@@ -313,12 +316,14 @@ def limit_load(
         assembly=problem.assembly, warnings=warnings, timings=timings, bonds=problem.to_bonds(force),
         ties=problem.to_ties(force), iterations=iterations,
     )  # fmt: skip
-    with timed(timings, "contacts without a normal"):
-        options = {"loads": loads, "gap": gap, "solver": solver, "tolerance": tolerance, "optimum": optimum}
-        found = _beyond_doubt(problem, found, direction, options)
+    with timed(timings, "contacts without a normal or a width"):
+        found = _beyond_doubt(problem, found, again, tolerance)
+        carried = 0.0 if outcome is LoadOutcome.STOPPED else found.lower  # who stops it does not wait for another
+        thin = limit_warning(problem, found.forces, carried, tolerance, again)
+    found = replace(found, warnings=(*found.warnings, *thin))
     if flow == "coulomb" and outcome in (LoadOutcome.LIMIT, LoadOutcome.UNBOUNDED, LoadOutcome.STOPPED):
         with timed(timings, "coulomb"):
-            found = _without_dilatancy(problem, found, direction, {"solver": solver, "progress": progress})
+            found = _without_dilatancy(problem, found, direction, solver=solver, progress=progress, most=UNBOUNDED)
     timings["total"] = sum(timings.values())
     return found
 
@@ -328,13 +333,12 @@ def _carried(found: LimitLoad, flow: str) -> float:
     return found.coulomb_least[0] if found.coulomb_least else min(found.lower, np.inf if flow == "associated" else 0.0)
 
 
-def _without_dilatancy(problem: Problem, found: LimitLoad, load: Floats, options: dict[str, Any]) -> LimitLoad:
+def _without_dilatancy(problem: Problem, found: LimitLoad, load: Floats, **options: Any) -> LimitLoad:
     """The bracket with those of each kind of joints, all of which are to carry a load without limit."""
     stopped, outcome, kinds = found.outcome is LoadOutcome.STOPPED, found.outcome, ((found.lower, found.upper),)
     if stopped or found.lower <= 0:
         kinds = ((0.0, max(found.upper, 0.0)),)
     elif problem.program is not None and problem.slips:
-        options = {**options, "most": UNBOUNDED}
         kinds, stopped = multiplier_brackets(problem.program, problem.scaled(load), found.lower, **options)
     warnings: tuple[str, ...] = ()
     if stopped:
@@ -344,7 +348,7 @@ def _without_dilatancy(problem: Problem, found: LimitLoad, load: Floats, options
     return replace(found, outcome=outcome, coulomb_kinds=kinds, warnings=(*found.warnings, *warnings))
 
 
-def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, options: dict[str, Any]) -> LimitLoad:
+def _beyond_doubt(problem: Problem, found: LimitLoad, again: Callable[..., LimitLoad], tolerance: float) -> LimitLoad:
     """The bracket with an upper bound that holds at contacts that are in no program, whatever these carry."""
     motion = unit_motion(problem.assembly, free_fall(problem)) if len(problem.floating) else found.mechanism
     if np.isposinf(found.upper) or not motion.any():
@@ -356,10 +360,9 @@ def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, options: dic
         if not warnings:
             return found
         if found.outcome is not LoadOutcome.STOPPED:
-            asm = problem.assembly
-            held = judged_with_rims(problem, motion, lambda own: limit_load(asm, load, interfaces=own, **options))
+            held = judged_with_rims(problem, motion, lambda own: again(interfaces=own))
             upper, mechanism = held.upper, held.mechanism
-    closed = is_closed(found.lower, upper, options["tolerance"])
+    closed = is_closed(found.lower, upper, tolerance)
     if closed if found.outcome is LoadOutcome.LIMIT else upper == found.upper == -np.inf:
         return replace(found, upper=upper, mechanism=mechanism)
     outcome = found.outcome if found.outcome is LoadOutcome.STOPPED else LoadOutcome.UNDECIDED
@@ -433,9 +436,8 @@ def bracket(
     assert program is not None
     load, unit = as_strong_as_the_weight(program, problem.scaled(direction))
     conic = conic_program(program, -program.load, pinned=load)
-    on_the_way = Bracket(program, load, dead, tolerance, problem.motions, _in_units(progress, unit))
-    early = tolerance >= ON_THE_WAY and not optimum
-    answer, stopped = _solved(conic, on_the_way if early else None, dead, solver)
+    on_the_way = Bracket(program, load, dead, tolerance, problem.motions, in_units(progress, unit))
+    answer, stopped = _solved(conic, on_the_way if tolerance >= ON_THE_WAY and not optimum else None, dead, solver)
     iterations = answer.iterations
     if on_the_way.closed or stopped:
         outcome = LoadOutcome.LIMIT if on_the_way.closed else LoadOutcome.STOPPED
@@ -475,10 +477,6 @@ def _beyond_bounds(on_the_way: Bracket, answer: Answer, dead: Floats, unit: floa
     if on_the_way.lower >= (1.0 - ROUNDING) * UNBOUNDED:
         return LoadOutcome.UNBOUNDED, np.inf, np.inf
     return LoadOutcome.UNDECIDED, on_the_way.lower / unit, np.inf
-
-
-def _in_units(progress: Progress | None, unit: float) -> Progress | None:
-    return progress and (lambda k, lower, upper: progress(k, lower / unit, upper / unit))
 
 
 def _solved(conic: ConicProgram, on_the_way: Bracket | None, dead: Floats, solver: str) -> tuple[Answer, bool]:

@@ -1,4 +1,4 @@
-"""What a stable verdict has in reserve: whether it is balanced, and whether it rests on slivers.
+"""What a stable verdict has in reserve: whether it is balanced, and whether it, or a limit load, rests on slivers.
 
 An assembly withstands any small load more if and only if `-w` lies inside `A K`, the loads that the contacts can
 balance. It does not where a block can move without moving a contact point (`blockstat.certificate.neutral`), or where
@@ -8,7 +8,9 @@ and the loads do no work.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -18,6 +20,7 @@ from blockstat.analysis.problem import Problem
 from blockstat.analysis.verdict import corner_speed
 from blockstat.certificate.check import FORCE_TOLERANCE, balance, force_errors
 from blockstat.certificate.neutral import ON_A_LINE, loose_blocks
+from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import Interfaces
 from blockstat.geometry.components import connected_components
 from blockstat.program.penalty import PenaltyProgram
@@ -151,6 +154,29 @@ def neutral_warning(problem: Problem, neutral: Ints, limit: int = 3) -> list[str
     return [f"balanced: in equilibrium without reserve; nothing resists a small push that moves {names}{more}"]
 
 
+def slivers_of(problem: Problem) -> Ints:
+    """Find the joints that are slivers: patches narrower than `SLIVER` of the smaller block, and edges shorter.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+
+    Returns
+    -------
+    Ints
+        Numbers of the interfaces, ascending.
+    """
+    interfaces = problem.interfaces
+    if not interfaces.n_interfaces:
+        return np.empty(0, dtype=np.int64)
+    first = interfaces.start[:-1]
+    box = np.maximum.reduceat(interfaces.point, first) - np.minimum.reduceat(interfaces.point, first)
+    least, length = SLIVER * problem.assembly.size[interfaces.pair].min(axis=1), np.linalg.norm(box, axis=1)
+    narrow = (interfaces.area > 0) & (interfaces.area < least * length)
+    return np.flatnonzero(narrow | ((interfaces.kinds == ContactKind.EDGE) & (length < least)))
+
+
 def loaded_slivers(problem: Problem, forces: Floats) -> Ints:
     """Find the joints that are slivers and carry load.
 
@@ -166,18 +192,12 @@ def loaded_slivers(problem: Problem, forces: Floats) -> Ints:
     Ints
         Numbers of the interfaces, ascending.
     """
-    interfaces, assembly = problem.interfaces, problem.assembly
-    if not interfaces.n_interfaces:
-        return np.empty(0, dtype=np.int64)
-    first = interfaces.start[:-1]
-    box = np.maximum.reduceat(interfaces.point, first) - np.minimum.reduceat(interfaces.point, first)
-    size = assembly.size[interfaces.pair].min(axis=1)
-    narrow = (interfaces.area > 0) & (interfaces.area < SLIVER * size * np.linalg.norm(box, axis=1))
-    if not narrow.any():
-        return np.flatnonzero(narrow)
-    carried = np.add.reduceat(np.linalg.norm(forces, axis=1), first)
-    own = np.where(assembly.support, np.inf, np.linalg.norm(problem.load[:, :3], axis=1))
-    return np.flatnonzero(narrow & (carried > FORCE_TOLERANCE * own[interfaces.pair].min(axis=1)))
+    narrow = slivers_of(problem)
+    if not len(narrow):
+        return narrow
+    carried = np.add.reduceat(np.linalg.norm(forces, axis=1), problem.interfaces.start[:-1])[narrow]
+    own = np.where(problem.assembly.support, np.inf, np.linalg.norm(problem.load[:, :3], axis=1))
+    return narrow[carried > FORCE_TOLERANCE * own[problem.interfaces.pair[narrow]].min(axis=1)]
 
 
 def without(interfaces: Interfaces, left_out: Ints) -> Interfaces:
@@ -198,8 +218,10 @@ def without(interfaces: Interfaces, left_out: Ints) -> Interfaces:
     return interfaces.subset(np.setdiff1d(np.arange(interfaces.n_interfaces), left_out))
 
 
-def sliver_warning(problem: Problem, slivers: Ints, limit: int = 3) -> list[str]:
-    """Say which slivers a verdict rests on.
+def sliver_warning(
+    problem: Problem, slivers: Ints, answer: str = "stable", bare: str = "it is not proven stable", limit: int = 3
+) -> list[str]:
+    """Say which slivers an answer rests on.
 
     Parameters
     ----------
@@ -207,6 +229,10 @@ def sliver_warning(problem: Problem, slivers: Ints, limit: int = 3) -> list[str]
         The posed problem.
     slivers
         Numbers of the interfaces, at least one.
+    answer
+        What is so with them.
+    bare
+        What is so without them.
     limit
         Most joints that are named.
 
@@ -218,7 +244,45 @@ def sliver_warning(problem: Problem, slivers: Ints, limit: int = 3) -> list[str]
     names = problem.assembly.names
     pairs = [f'"{names[a]}" to "{names[b]}"' for a, b in problem.interfaces.pair[slivers[:limit]].tolist()]
     more = f" and {len(slivers) - limit} more" if len(slivers) > limit else ""
-    return [
-        f"stable only with joints narrower than {SLIVER:g} of their smaller block: {', '.join(pairs)}{more}; without "
-        "them it is not proven stable"
-    ]
+    joints = f"joints narrower than {SLIVER:g} of their smaller block: {', '.join(pairs)}{more}"
+    return [f"{answer} only with {joints}; without them {bare}"]
+
+
+def limit_warning(
+    problem: Problem, forces: Floats, carried: float, tolerance: float, again: Callable[..., Any]
+) -> list[str]:
+    """Say which slivers a limit load rests on, and what is carried without them.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    forces
+        Those that carry the multiplier, shape (n_points, 3) [N].
+    carried
+        The multiplier, the lower end of a bracket.
+    tolerance
+        Largest width of the bracket, relative to its upper end.
+    again
+        Gives the bracket with other `interfaces`; asked only where a sliver is loaded.
+
+    Returns
+    -------
+    list of str
+        A sentence, or none.
+
+    Notes
+    -----
+    A strip of `SLIVER` of a block moves an arm by that share, and a limit with it: a smaller difference says nothing.
+    The forces that carry a load without limit are not at hand, so that any sliver may be among those that bear it.
+    """
+    narrow = slivers_of(problem)
+    loaded = narrow if np.isinf(carried) else loaded_slivers(problem, forces)
+    if carried <= 0 or not len(loaded):
+        return []
+    bare = again(interfaces=without(problem.interfaces, narrow)).lower
+    if bare >= (1 - SLIVER - tolerance) * carried:
+        return []
+    words = f"it is {bare:.6g}" if np.isfinite(bare) else "the dead load is not proven to be carried"
+    answer = f"the load is carried up to {carried:.6g}" if np.isfinite(carried) else "any multiple is carried"
+    return sliver_warning(problem, loaded, answer, words)

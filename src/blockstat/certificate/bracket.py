@@ -48,6 +48,24 @@ def is_closed(lower: float, upper: float, tolerance: float) -> bool:
     return bool(np.isfinite(upper)) and upper - lower <= max(tolerance * abs(upper), ROUNDING)
 
 
+def in_units(progress: Progress | None, unit: float) -> Progress | None:
+    """Return what is told of a bracket with its ends in other units.
+
+    Parameters
+    ----------
+    progress
+        Who is told.
+    unit
+        What one of these units is in those of the bracket.
+
+    Returns
+    -------
+    callable or None
+        Tells `progress`; None where nobody is told.
+    """
+    return progress and (lambda k, lower, upper: progress(k, lower / unit, upper / unit))
+
+
 class Bracket:
     """The narrowest bracket that the iterates so far prove."""
 
