@@ -83,11 +83,12 @@ def edge_contacts(
         return patches, None, rims, []
     search = search_of(assembly, pairs, tolerances, rims=False)
     row, own = _rows_of(pairs, patches.pair, assembly.n_blocks)
-    known = Contacts(row, np.zeros(len(row), np.int64), patches.take(own))
+    known = faces = Contacts(row, np.zeros(len(row), np.int64), patches.take(own))
     kinds = ContactKind.EDGE, ContactKind.CORNER, ContactKind.CROSSING
     for kind, found in zip(kinds, features_of(search, tolerances.steepest), strict=True):
         free = found.take(~found.rim)
-        known = known.with_more(kind, free.take(~covered(search, free, known, ONE_PATCH)), pairs)
+        lost = covered(search, free, known, ONE_PATCH) | covered(search, free, faces, -np.inf, rim=True)
+        known = known.with_more(kind, free.take(~lost), pairs)
     if len(known.row) == len(row):
         return patches, None, rims, []
     rest = np.setdiff1d(np.arange(len(patches.pair)), own)
@@ -286,7 +287,7 @@ def features_of(search: Search, steepest: float) -> list[Features]:
     return [together(kind) for kind in found]
 
 
-def covered(search: Search, features: Features, known: Contacts, least: float) -> np.ndarray:
+def covered(search: Search, features: Features, known: Contacts, least: float, *, rim: bool = False) -> np.ndarray:
     """Return which features lie whole in one known contact of their pair.
 
     Parameters
@@ -299,12 +300,21 @@ def covered(search: Search, features: Features, known: Contacts, least: float) -
         The contacts that are known; rows of both are numbers of the pairs of the search.
     least : float
         Least cosine between the normals of a feature and of the contact that it lies in; -inf for any.
+    rim : bool
+        Ask for those across the contact that are its gap, seen at its rim: this gap takes the place of the reach, and
+        the feature and the nearest edge of the face that it is on are both within it from the plane of the contact.
 
     Returns
     -------
     array of bool, shape (n,)
         True where both ends are no further from the plane of the contact than the reach of the pair, and in its polygon
         or beside it by no more than twice the rounding and what the angle between the normals makes of the reach.
+
+    Notes
+    -----
+    Where two faces that are open or overlap by a gap end at a rim, one of them lies past that rim by as much: its edge
+    touches the side of the other block. This is the gap again, and no step, which reaches further than the faces beside
+    it are inexact.
     """
     found = np.zeros(len(features.row), dtype=bool)
     order = np.argsort(known.row, kind="stable")
@@ -318,9 +328,14 @@ def covered(search: Search, features: Features, known: Contacts, least: float) -
     normal = patches.frame[cover, 0]
     alike = np.einsum("ij,ij->i", normal, features.normal[item])
     local = np.einsum("nkj,ntj->nkt", features.ends[item] - patches.origin[cover][:, None], patches.frame[cover])
-    near = (np.abs(local[..., 0]).max(axis=1) <= search.reach[row]) & (alike >= least)
+    depth = patches.gap[cover] if rim else search.reach[row]
+    near = (np.abs(local[..., 0]).max(axis=1) <= depth) & (alike >= least)
     # Seen along another normal, a point off the plane lies beside its place by as much as the normals differ.
-    aside = 2 * search.rounding[row] + search.reach[row] * np.sqrt(np.clip(1 - alike**2, 0.0, 1.0))
+    sine = np.sqrt(np.clip(1 - alike**2, 0.0, 1.0))
+    if rim:
+        near &= alike < ONE_PATCH
+        near[near] = features.inset[item[near]] * sine[near] <= 2 * depth[near]
+    aside = 2 * search.rounding[row] + depth * sine
     near, local, cover, item, aside = np.flatnonzero(near), local[near], cover[near], item[near], aside[near]
     if len(near):
         first = (np.cumsum(patches.count) - patches.count)[cover]
