@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.analysis.verdict import Outcome
+from blockstat.errors import InputError
 from blockstat.typing import Floats
 from blockstat.view.building.steps import FALLS, HELD
 from blockstat.view.plot import STONE, SUPPORT
@@ -53,6 +54,8 @@ class StepSlider:
         self._canvas = Canvas(server)
         self._canvas.recentre(assembly)
         self._canvas.draw(assembly, self._colours(0), self._vertices(0))
+        if not found.verdicts:
+            raise InputError("the plan has no steps to draw")
         last = max(len(found.verdicts) - 1, 1)
         self.slider = server.gui.add_slider("step", min=0, max=last, step=1, initial_value=0)
         self.words = server.gui.add_html(self._words(0))
