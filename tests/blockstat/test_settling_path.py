@@ -374,3 +374,19 @@ def test_a_joint_that_slides_keeps_the_friction_it_was_given():
     faces = replace(find_interfaces(wall), friction=np.array([0.3, 0.0]))
     found = settle_to_collapse(wall, {"wall": (1, 0, 0)}, displacement=0.05, steps=3, interfaces=faces)
     np.testing.assert_allclose(found.reaction, -0.3, rtol=1e-6)
+
+
+def spreading(springers, *beside, **options):
+    blocks = [*arch(span=1.85, thickness=0.2, depth=0.5, voussoirs=11, springers=springers), *beside]
+    ring = assemble(blocks, supports=["springer", *(block.group for block in beside)], friction=0.7)
+    return settle_to_collapse(ring, {"springer.right": (1, 0, 0)}, **options)
+
+
+@pytest.mark.parametrize("beside", [(), (box((4, -1, -2), (5, 1, -1), group="rock"),)], ids=["", "rock"])
+@pytest.mark.parametrize("springers", [0.3, 1.0, 2.0])
+def test_how_large_supports_are_does_not_matter_to_an_arch_on_them(springers, beside):
+    """At first its thrust is the least that there is, and it grows as the crown sinks."""
+    found = spreading(springers, *beside)
+    assert found.outcome is PathOutcome.COLLAPSE
+    assert found.collapse == pytest.approx(spreading(0.1).collapse, rel=1e-4)
+    assert (found.reaction > (1 - 1e-6) * found.first.reaction).all()

@@ -157,9 +157,19 @@ class Linkage:
 
     @cached_property
     def between_bodies(self) -> tuple[Ints, Ints]:
-        """Contacts between two different bodies: those that stick, and those that slide."""
+        """Contacts between bodies: those that stick, and those that slide."""
+        between = self.may_part
+        return np.flatnonzero(self.sticking & between), np.flatnonzero(self.sliding & between)
+
+    @property
+    def may_part(self) -> np.ndarray:
+        """Whether the sides of a contact belong to two bodies, or one to a support that moves, (n_contacts,) bool.
+
+        What sticks to supports at rest and supports that move are the same body, -1, as far as their own motion goes.
+        """
         a, b = self.body[self.contacts.pair].T
-        return np.flatnonzero(self.sticking & (a != b)), np.flatnonzero(self.sliding & (a != b))
+        apart: np.ndarray = (a != b) | self.contacts.drive.any(axis=(1, 2))
+        return apart
 
     def origins(self, pose: Pose) -> Floats:
         """Return the mean of the displaced centroids of the blocks of each body.
