@@ -390,3 +390,17 @@ def test_how_large_supports_are_does_not_matter_to_an_arch_on_them(springers, be
     assert found.outcome is PathOutcome.COLLAPSE
     assert found.collapse == pytest.approx(spreading(0.1).collapse, rel=1e-4)
     assert (found.reaction > (1 - 1e-6) * found.first.reaction).all()
+
+
+@pytest.mark.parametrize("beyond", [1, 5, 50])
+def test_a_block_that_is_drawn_over_falls_however_wide_the_ground_is(beyond):
+    """The tie rises to the wall; the block falls when its centroid is above its toe, and nothing stops it."""
+    blocks = [box((-2, -2, -1), (2.5 + beyond, 3, 0), name="ground"), box((0, 0, 0), (0.5, 1, 1), name="block")]
+    blocks.append(box((2, 0, 0), (2.4, 1, 2), name="wall"))
+    rod = Tie(("block", "wall"), ((0.5, 0.5, 0.9), (2.0, 0.5, 1.5)))
+    drawn = Assembly.from_blocks(blocks, supports=["ground", "wall"], friction=0.4, ties=[rod])
+    found = settle_to_collapse(drawn, {"wall": (1, 0, 0)}, displacement=1.0)
+    turn = np.arctan2(0.25, 0.5)
+    away = np.sqrt(1.5**2 + 0.6**2 - (1.5 - 0.9 * np.cos(turn)) ** 2)
+    assert found.outcome is PathOutcome.COLLAPSE
+    assert found.collapse == pytest.approx(0.5 + 0.9 * np.sin(turn) + away - 2.0, rel=1e-4)
