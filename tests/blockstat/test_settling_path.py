@@ -404,3 +404,43 @@ def test_a_block_that_is_drawn_over_falls_however_wide_the_ground_is(beyond):
     away = np.sqrt(1.5**2 + 0.6**2 - (1.5 - 0.9 * np.cos(turn)) ** 2)
     assert found.outcome is PathOutcome.COLLAPSE
     assert found.collapse == pytest.approx(0.5 + 0.9 * np.sin(turn) + away - 2.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("greatest", [np.inf, 1e9, 1e6, 1e4])
+def test_a_tie_that_never_carries_its_strength_might_as_well_have_none(greatest):
+    """It draws a block half as wide as high over its toe, until the centroid stands above that.
+
+    At first it pulls with half the width over its height of the weight.
+    """
+    blocks = [box((-2, -2, -1), (6, 3, 0), name="ground"), box((0, 0, 0), (0.5, 1, 1), name="block")]
+    blocks.append(box((2, 0, 0), (2.4, 1, 2), name="wall"))
+    rod = Tie(("block", "wall"), ((0.5, 0.5, 0.9), (2.0, 0.5, 0.9)), greatest=greatest)
+    drawn = Assembly.from_blocks(blocks, supports=["ground", "wall"], friction=0.4, ties=[rod])
+    found = settle_to_collapse(drawn, {"wall": (1, 0, 0)}, displacement=1.0)
+    turn = np.arctan2(0.25, 0.5)
+    end = 0.5 + 0.9 * np.sin(turn) + np.sqrt(1.5**2 - (0.9 - 0.9 * np.cos(turn)) ** 2) - 2.0
+    assert found.collapse == pytest.approx(end, rel=1e-4)
+    assert found.reaction.min() == pytest.approx(-0.25 / 0.9 * drawn.free_weight, rel=1e-6)
+    assert found.reaction.max() <= 1e-6 * drawn.free_weight
+
+
+@pytest.mark.parametrize("share", [0.25, 0.35, 0.5])
+def test_a_leaning_block_falls_when_the_tie_that_holds_it_reaches_its_strength(share):
+    """The wall it hangs on comes nearer, and it leans over its toe, further and further: moments about the toe."""
+    ground, wall = box((-3, -2, -1), (4, 3, 0), name="ground"), box((-1.4, 0, 0), (-1, 1, 1.2), name="wall")
+    block = prism([(0, 0), (0.4, 0), (1.2, 1), (0.8, 1)], 1.0, name="block")
+    rod = Tie(("block", "wall"), ((0.8, 0.5, 1.0), (-1.0, 0.5, 1.0)), greatest=share)
+    scene = assembly([ground, block, wall], supports=["ground", "wall"], ties=[rod], friction=0.9)
+    weight = scene.free_weight
+    scene = replace(scene, ties=(replace(rod, greatest=share * weight),))
+
+    def held(turn):
+        """Force of the tie over the weight, and how far the wall has come."""
+        sine, cosine = np.sin(turn), np.cos(turn)
+        x, z = 0.4 * cosine + sine, cosine - 0.4 * sine
+        along = np.array([-np.sqrt(1.8**2 - (1 - z) ** 2), 1 - z]) / 1.8
+        return (0.2 * cosine + 0.5 * sine) / (x * along[1] - z * along[0]), 0.4 + x + 1.8 * along[0] + 1
+
+    turn = brentq(lambda turn: held(turn)[0] - share, 0, 1)
+    found = settle_to_collapse(scene, {"wall": (1, 0, 0)}, displacement=2.0)
+    assert found.collapse == pytest.approx(held(turn)[1], rel=1e-4)

@@ -96,8 +96,7 @@ class Linkage:
         contacts = rejoined(self.assembly, self.contacts, contact, pose, parameter)
         sticking = self.sticking.copy()
         sticking[contact] = True
-        rigid = [k for k in taut if np.isinf(self.assembly.ties[k].greatest)]
-        ties = np.union1d(self.ties, rigid).astype(np.int64)
+        ties = np.union1d(self.ties, taut).astype(np.int64)
         return replace(self, contacts=contacts, sticking=sticking, ties=ties, slack=np.setdiff1d(self.slack, taut))
 
     def configuration(self, pose: Pose, parameter: float) -> Configuration:
@@ -289,7 +288,7 @@ def linkage_at_rest(
     Returns
     -------
     Linkage
-        Ties without a greatest force keep their length, unless the mechanism shortens them.
+        Ties keep their length, unless the mechanism shortens them or they yield in it.
     """
     assembly = structure.assembly
     contacts = pairs_at_rest(assembly, structure.interfaces)
