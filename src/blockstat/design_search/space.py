@@ -136,7 +136,7 @@ def space_of(scene: Scene, names: Sequence[str] | str | None = None) -> Space:
     Returns
     -------
     Space
-        Its scene has every parameter at its largest.
+        Its scene has every parameter at its largest, or, where a key cannot have what follows, is as it was given.
 
     Raises
     ------
@@ -161,7 +161,10 @@ def space_of(scene: Scene, names: Sequence[str] | str | None = None) -> Space:
     if len(set(chosen)) < len(chosen):
         raise InputError(f"parameters to search are {', '.join(chosen)}; each may be named once")
     space = Space(scene, {name: ranges[name] for name in chosen})
-    return Space(space.at(space.start), space.ranges)
+    try:
+        return Space(space.at(space.start), space.ranges)
+    except InputError:
+        return space  # the row of that design says why it cannot be built; others may be
 
 
 def is_boolean(found: Range) -> bool:
