@@ -16,7 +16,7 @@ from blockstat.spec.chapel import Building
 from blockstat.spec.composition import Composition, composition_from, load_tables, ties_of
 from blockstat.spec.material import uncertain_of
 from blockstat.spec.ranges import SEARCHED, Range, is_presence, is_range
-from blockstat.spec.reading import at_path, check_finite, entries, joined, read_as
+from blockstat.spec.reading import at_path, check_finite, entries, joined, number_at, read_as
 
 #: The short form for a rectangular building, or the general one.
 Scene: TypeAlias = Building | Composition
@@ -82,7 +82,7 @@ def with_values(scene: Scene, values: Mapping[str, float], *, beyond: bool = Fal
     Raises
     ------
     InputError
-        For a path that is no range, or a value outside its bounds.
+        For a path that is no range, or a value that is no number or outside its bounds.
 
     Examples
     --------
@@ -97,9 +97,9 @@ def with_values(scene: Scene, values: Mapping[str, float], *, beyond: bool = Fal
         if path not in ranges:
             raise InputError(f'no parameter "{path}" to move; ranges are: {", ".join(ranges) or "none"}')
         table, key = at_path(data, path)
-        table[key]["value"] = float(value)
+        table[key]["value"] = number = number_at(path, value)
         if beyond:
-            table[key] |= {"min": min(value, ranges[path].min), "max": max(value, ranges[path].max)}
+            table[key] |= {"min": min(number, ranges[path].min), "max": max(number, ranges[path].max)}
     check_finite(data)
     return _read(data)  # the ends of the ranges are where they were
 
