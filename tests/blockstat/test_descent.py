@@ -145,6 +145,16 @@ def test_a_tilt_is_a_push():
         lambda: Margin(PUSH, -0.1),
         lambda: Margin(PUSH, friction=0.5),
         lambda: Margin.tilt("x", 90.0),
+        lambda: Margin("x"),
+        lambda: Margin((1, 0)),
+        lambda: Margin((1, 0, "far")),
+        lambda: Margin(least="a"),
+        lambda: Margin(least=float("nan")),
+        lambda: Margin(friction=None),
+        lambda: Margin.tilt("w", 5),
+        lambda: Margin.tilt("z", 5),
+        lambda: Margin.tilt((0, 1), 5),
+        lambda: Margin.tilt("x", "10"),
     ],
 )
 def test_an_impossible_margin_is_refused(make):

@@ -159,6 +159,19 @@ def test_a_target_is_a_small_probability(probability):
         FailureTarget(probability)
 
 
+@pytest.mark.parametrize(
+    ("given", "named"),
+    [
+        ({"probability": "a"}, "probability"), ({"probability": None}, "probability"),
+        ({"probability": 0.1, "direction": (0, 0.1)}, "direction"),
+        ({"probability": 0.1, "direction": "x"}, "direction"), ({"probability": 0.1, "draws": 1.5}, "draws"),
+    ],
+)  # fmt: skip
+def test_a_target_that_says_no_numbers_is_told_by_its_part(given, named):
+    with pytest.raises(InputError, match=f"target: {named} is "):
+        FailureTarget(**given)
+
+
 def test_a_target_that_no_width_reaches_has_no_design():
     """The widest pillar tips at 0.8: a push of 0.9 on average topples it more often than not."""
     uncertain = {"push": Random("normal", 0.9, 0.05)}

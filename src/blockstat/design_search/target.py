@@ -25,7 +25,7 @@ from blockstat.design_search.descent import descents, lightest
 from blockstat.design_search.evaluator import Evaluator
 from blockstat.design_search.margin import Margin
 from blockstat.design_search.space import Values
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_count, check_number, check_vector
 from blockstat.typing import Floats
 
 #: Points on the sphere and designs at most, and the multiplier that a design may lack at its worst point.
@@ -67,8 +67,12 @@ class FailureTarget:
     gap: float | str = field(default=GAP, repr=False)  # a history names it otherwise
 
     def __post_init__(self) -> None:
+        check_number("target: probability", self.probability)
         if not 0 < self.probability < 0.5:
             raise InputError(f"target: probability is {self.probability!r}; it must be above 0 and below 0.5")
+        if self.direction is not None:
+            check_vector("target: direction", self.direction)
+        check_count("target: draws", self.draws)
 
     @property
     def beta(self) -> float:
