@@ -100,7 +100,7 @@ def failures(rows: Iterable[Mapping[str, Any]]) -> str:
 class SearchResult(Result):
     """History and best design of a search."""
 
-    building: Scene  #: where the search started: every parameter at its largest
+    building: Scene  #: where the search started: every parameter at its largest, if there is such a design
     best: Scene | None  #: None when no design stood
     best_parameters: dict[str, float] | None
     history: tuple[Candidate, ...]  #: one a design, in the order in which they were evaluated
