@@ -44,8 +44,9 @@ def convex_pieces(solids: Sequence[Floats], lower: Floats, upper: Floats, tolera
     A part of a triangle keeps the plane of the whole, and lies in it whatever rounding says. So each cut uses up a face
     and the cuts come to an end, and a sliver left over by a cut has no plane of its own.
 
-    Two faces make a notch where each reaches in front of the other by more than the tolerance. A sliver whose plane is
-    rounding has the faces beside it in front of its plane, but is not in front of theirs: it makes no notch.
+    Two faces make a notch where one reaches in front of the other by more than the tolerance; when one is narrower than
+    that, where each does. A sliver whose plane is rounding has the faces beside it in front of its plane, but is not in
+    front of theirs: it makes no notch.
 
     Surface that lies in the plane of a cut but for rounding is lost, and so is a notch narrower than the tolerance.
     Whether a piece is of the solid is therefore not told by the face that bounds it but by the whole surface: by the
@@ -265,13 +266,14 @@ class _Sides:
         back = (np.cumsum(count**2) - count**2 - first)[own] + (j - first[own]) * count[own] + i
         each = np.cumsum(count[cell]) - count[cell]
         ahead = np.maximum.reduceat(gap, each)
-        reflex = np.maximum.reduceat(np.minimum(gap, gap[back]), each) > least[cell]
+        # A face narrower than the tolerance is within it of the faces beside, and its plane may be rounding.
+        wide = np.maximum.reduceat(_widths(parts.triangle), begin) > least[cell]
+        notch = np.where(wide[i] & wide[j], gap, np.minimum(gap, gap[back]))
+        reflex = np.maximum.reduceat(notch, each) > least[cell]
         tight, at = on[cell][row], np.cumsum(size[cell]) - size[cell]
         over, under = top > tight, bottom < -tight
         cut, uneven = np.add.reduceat(over & under, at, dtype=int), np.add.reduceat(over * 1 - under * 1, at)
         cost = np.where(reflex, cut * (len(side) + 1.0) + np.abs(uneven), np.inf)
-        # A face narrower than the tolerance is within it of the faces beside, and its plane may be rounding.
-        wide = np.maximum.reduceat(_widths(parts.triangle), begin) > least[cell]
         return cls(parts.face[begin], cell, first, count, wide | (ahead <= least[cell]), cost)
 
 
