@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from blockstat import InputError, JointLaw, Memory, assess, build, search, with_values, write
+from blockstat import InputError, JointLaw, Memory, Outcome, assess, build, search, with_values, write
 from blockstat.design_search.search import PRUNED, FailureTarget, Margin
 from blockstat.design_search.shared_joints import SharedJoints
 from blockstat.design_search.space import space_of
@@ -510,3 +510,15 @@ def test_a_space_whose_largest_design_cannot_be_is_searched(strategy):
     # Along lines b is tried at the least a that stands beside the largest b, and both end at their least.
     line = search(scene, verify=None, strategy=strategy)
     assert line.best_parameters == {"parameters.a": 0.2, "parameters.b": 0.2}
+
+
+@pytest.mark.parametrize("outcome", Outcome)
+def test_only_what_statics_call_stable_can_disagree_with_a_fall(outcome):
+    def static(assembly):
+        return SimpleNamespace(outcome=outcome, score=0.0, solver="x", interfaces=None)
+
+    result, _ = run(static=static, verify=lambda assembly: Judgement(Word.FALLS), strategy="paper")
+    assert result.dynamic_runs == len(result.history) > 0
+    disagreeing = len(result.history) if outcome is Outcome.STABLE else 0
+    assert len(result.disagreements) == result.summary()["disagreements"] == disagreeing
+    assert ("disagree" in result.explain()) == bool(disagreeing)

@@ -191,5 +191,5 @@ class SearchResult(Result):
     @property
     def disagreements(self) -> tuple[Candidate, ...]:
         """Designs that statics call stable and that did not stand; their note gives the likely reason."""
-        words = (UNASKED, PRUNED, BY_STATICS, ERROR, "stands")
-        return tuple(c for c in self.history if not c.excluded and c.dynamic not in words)
+        fell = (c for c in self.history if c.simulated and c.dynamic not in ("stands", ERROR))
+        return tuple(c for c in fell if c.static == "stable")
