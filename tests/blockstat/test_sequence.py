@@ -45,6 +45,7 @@ from blockstat import (
 from blockstat.cli.commands import app
 from blockstat.sequence.props import falls_on_props, held_by_props
 from blockstat.sequence.states import Whole
+from blockstat.view.building.slider import StepSlider
 from building_sites import arch, prism, slab, tee
 from evidence.scenes.small import stack
 
@@ -514,3 +515,5 @@ def test_a_plan_of_lists_is_a_plan(tmp_path):
     nothing = replace(found, plan=Plan((), never_installed=(stone,)), verdicts=(), outcomes=())
     with pytest.raises(InputError, match="no steps to draw"):
         plot_plan(asm, nothing, tmp_path / "plan.png")
+    with pytest.raises(InputError, match="no steps to draw"):
+        StepSlider(None, asm, nothing)  # refused before anything is drawn on a server

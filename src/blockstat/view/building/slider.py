@@ -50,12 +50,12 @@ class StepSlider:
     """
 
     def __init__(self, server: viser.ViserServer, assembly: Assembly, found: PlanVerdict) -> None:
+        if not found.verdicts:
+            raise InputError("the plan has no steps to draw")
         self._assembly, self._found = assembly, found
         self._canvas = Canvas(server)
         self._canvas.recentre(assembly)
         self._canvas.draw(assembly, self._colours(0), self._vertices(0))
-        if not found.verdicts:
-            raise InputError("the plan has no steps to draw")
         last = max(len(found.verdicts) - 1, 1)
         self.slider = server.gui.add_slider("step", min=0, max=last, step=1, initial_value=0)
         self.words = server.gui.add_html(self._words(0))
