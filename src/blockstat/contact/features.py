@@ -337,7 +337,8 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
     good = (state == RIM) | ((state == INSIDE) & (lean >= -LEAN))
     good &= _touches(search, row, np.abs(height), inset, state == RIM)
     good &= _at_surface(search, row, face, (offset + centre[face])[:, None])
-    row, face, corner, height, other, inset = (x[good] for x in (row, face, corner, height, other, inset))
+    row, face, corner, other = row[good], face[good], corner[good], other[good]
+    height, inset = height[good], inset[good]
     out = normal[face]
     place = assembly.vertices[topo.corner[corner]] - height[:, None] / 2 * out
     sign = 1.0 if side == 0 else -1.0
