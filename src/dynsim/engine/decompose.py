@@ -2,7 +2,9 @@
 
 General decomposers (CoACD) remesh: a groin voussoir becomes 38 pieces whose corners are a thousandth of the
 block off, and such blocks wedge where they should touch. Masonry blocks have a few reflex edges, and a plane
-through a reflex edge removes it, so cutting again and again ends quickly and moves no face.
+through a reflex edge removes it, so cutting again and again ends quickly and moves no face. Cuts are left open, and
+where one goes round a hole its parts share no corner. So pieces are tried against the block, and a block of which they
+would fill a recess is cut along the planes of its faces (`dynsim.engine.filling`).
 
 A block with warped faces comes apart at its own corners, which no plane hits exactly. Hulls of such parts stand out of
 its hollow faces, blocks wedge or lie loose, and sound vaults fall. Where a point inside sees all faces, pieces that
