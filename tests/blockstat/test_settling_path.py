@@ -374,3 +374,73 @@ def test_a_joint_that_slides_keeps_the_friction_it_was_given():
     faces = replace(find_interfaces(wall), friction=np.array([0.3, 0.0]))
     found = settle_to_collapse(wall, {"wall": (1, 0, 0)}, displacement=0.05, steps=3, interfaces=faces)
     np.testing.assert_allclose(found.reaction, -0.3, rtol=1e-6)
+
+
+def spreading(springers, *beside, **options):
+    blocks = [*arch(span=1.85, thickness=0.2, depth=0.5, voussoirs=11, springers=springers), *beside]
+    ring = assemble(blocks, supports=["springer", *(block.group for block in beside)], friction=0.7)
+    return settle_to_collapse(ring, {"springer.right": (1, 0, 0)}, **options)
+
+
+@pytest.mark.parametrize("beside", [(), (box((4, -1, -2), (5, 1, -1), group="rock"),)], ids=["", "rock"])
+@pytest.mark.parametrize("springers", [0.3, 1.0, 2.0])
+def test_how_large_supports_are_does_not_matter_to_an_arch_on_them(springers, beside):
+    """At first its thrust is the least that there is, and it grows as the crown sinks."""
+    found = spreading(springers, *beside)
+    assert found.outcome is PathOutcome.COLLAPSE
+    assert found.collapse == pytest.approx(spreading(0.1).collapse, rel=1e-4)
+    assert (found.reaction > (1 - 1e-6) * found.first.reaction).all()
+
+
+@pytest.mark.parametrize("beyond", [1, 5, 50])
+def test_a_block_that_is_drawn_over_falls_however_wide_the_ground_is(beyond):
+    """The tie rises to the wall; the block falls when its centroid is above its toe, and nothing stops it."""
+    blocks = [box((-2, -2, -1), (2.5 + beyond, 3, 0), name="ground"), box((0, 0, 0), (0.5, 1, 1), name="block")]
+    blocks.append(box((2, 0, 0), (2.4, 1, 2), name="wall"))
+    rod = Tie(("block", "wall"), ((0.5, 0.5, 0.9), (2.0, 0.5, 1.5)))
+    drawn = Assembly.from_blocks(blocks, supports=["ground", "wall"], friction=0.4, ties=[rod])
+    found = settle_to_collapse(drawn, {"wall": (1, 0, 0)}, displacement=1.0)
+    turn = np.arctan2(0.25, 0.5)
+    away = np.sqrt(1.5**2 + 0.6**2 - (1.5 - 0.9 * np.cos(turn)) ** 2)
+    assert found.outcome is PathOutcome.COLLAPSE
+    assert found.collapse == pytest.approx(0.5 + 0.9 * np.sin(turn) + away - 2.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("greatest", [np.inf, 1e9, 1e6, 1e4])
+def test_a_tie_that_never_carries_its_strength_might_as_well_have_none(greatest):
+    """It draws a block half as wide as high over its toe, until the centroid stands above that.
+
+    At first it pulls with half the width over its height of the weight.
+    """
+    blocks = [box((-2, -2, -1), (6, 3, 0), name="ground"), box((0, 0, 0), (0.5, 1, 1), name="block")]
+    blocks.append(box((2, 0, 0), (2.4, 1, 2), name="wall"))
+    rod = Tie(("block", "wall"), ((0.5, 0.5, 0.9), (2.0, 0.5, 0.9)), greatest=greatest)
+    drawn = Assembly.from_blocks(blocks, supports=["ground", "wall"], friction=0.4, ties=[rod])
+    found = settle_to_collapse(drawn, {"wall": (1, 0, 0)}, displacement=1.0)
+    turn = np.arctan2(0.25, 0.5)
+    end = 0.5 + 0.9 * np.sin(turn) + np.sqrt(1.5**2 - (0.9 - 0.9 * np.cos(turn)) ** 2) - 2.0
+    assert found.collapse == pytest.approx(end, rel=1e-4)
+    assert found.reaction.min() == pytest.approx(-0.25 / 0.9 * drawn.free_weight, rel=1e-6)
+    assert found.reaction.max() <= 1e-6 * drawn.free_weight
+
+
+@pytest.mark.parametrize("share", [0.25, 0.35, 0.5])
+def test_a_leaning_block_falls_when_the_tie_that_holds_it_reaches_its_strength(share):
+    """The wall it hangs on comes nearer, and it leans over its toe, further and further: moments about the toe."""
+    ground, wall = box((-3, -2, -1), (4, 3, 0), name="ground"), box((-1.4, 0, 0), (-1, 1, 1.2), name="wall")
+    block = prism([(0, 0), (0.4, 0), (1.2, 1), (0.8, 1)], 1.0, name="block")
+    rod = Tie(("block", "wall"), ((0.8, 0.5, 1.0), (-1.0, 0.5, 1.0)), greatest=share)
+    scene = assembly([ground, block, wall], supports=["ground", "wall"], ties=[rod], friction=0.9)
+    weight = scene.free_weight
+    scene = replace(scene, ties=(replace(rod, greatest=share * weight),))
+
+    def held(turn):
+        """Force of the tie over the weight, and how far the wall has come."""
+        sine, cosine = np.sin(turn), np.cos(turn)
+        x, z = 0.4 * cosine + sine, cosine - 0.4 * sine
+        along = np.array([-np.sqrt(1.8**2 - (1 - z) ** 2), 1 - z]) / 1.8
+        return (0.2 * cosine + 0.5 * sine) / (x * along[1] - z * along[0]), 0.4 + x + 1.8 * along[0] + 1
+
+    turn = brentq(lambda turn: held(turn)[0] - share, 0, 1)
+    found = settle_to_collapse(scene, {"wall": (1, 0, 0)}, displacement=2.0)
+    assert found.collapse == pytest.approx(held(turn)[1], rel=1e-4)

@@ -84,7 +84,8 @@ def tie_status(
     support_rate
         Rate of the supports' movement.
     sticking_speed
-        Ties that shorten more slowly than this keep their length. Relative to the fastest corner, or to the supports.
+        Ties that shorten more slowly than this keep their length, and so do those that lengthen more slowly, or have no
+        greatest force. Relative to the fastest corner, or to the supports.
 
     Returns
     -------
@@ -98,7 +99,9 @@ def tie_status(
     there = displaced_assembly(assembly, pose)
     speed = max(float(corner_speed(there, motion).max(initial=0.0)), support_rate) or 1.0
     unilateral = np.array([not tie.constant for tie in assembly.ties])
-    rigid = np.array([np.isinf(tie.greatest) for tie in assembly.ties])
-    slack = slack_of_ties(assembly, pose) > SLACK * float(assembly.size.max())
-    slack |= slackening(there, motion + support_rate * structure.support_motion) > sticking_speed * speed
-    return np.flatnonzero(rigid & ~slack), np.flatnonzero(unilateral & slack)
+    shortens = slackening(there, motion + support_rate * structure.support_motion) / speed
+    shorter = slack_of_ties(assembly, pose) / float(assembly.size.max())
+    slack = (shorter > SLACK) | (shortens > sticking_speed)
+    finite = np.isfinite([tie.greatest for tie in assembly.ties])
+    yields = finite & ((shortens < -sticking_speed) | (shorter < -SLACK))  # one that has yielded has no length to keep
+    return np.flatnonzero(unilateral & ~slack & ~yields), np.flatnonzero(unilateral & slack)

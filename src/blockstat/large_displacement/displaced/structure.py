@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 #: A tie is slack from this slack on. Relative to the largest block. Chosen: a pose of finite steps leaves ties that
 #: hold their length shorter by less.
 SLACK = CORNER_TOLERANCE
+#: A tie that lengthens more slowly than this keeps its length. Relative to the fastest motion. Chosen: far above what
+#: the equations of a linkage leave, far below the speed at which ties yield.
+KEPT_LENGTH = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,15 +120,17 @@ class Structure:
         Returns
         -------
         float
-            [W]. A tie that lengthens yields at its greatest force. One that shortens or is slack keeps its least. A
-            tie without a greatest force counts with its least: the linkage keeps its length, or it shortens.
+            [W]. A tie that lengthens yields at its greatest force. One that shortens or is slack keeps its least. One
+            that the linkage holds counts with its least, too: what it lengthens by is rounding.
         """
         if not self.assembly.ties:
             return 0.0
         there = displaced_with_slack_ties(self.assembly, self.with_supports(pose, parameter))
+        moving = motion + self.support_motion
+        held = -KEPT_LENGTH * float(np.abs(moving).max())
         return sum(
-            rate * (tie.least if rate > 0 or np.isinf(tie.greatest) else tie.greatest)
-            for tie, rate in zip(there.ties, slackening(there, motion + self.support_motion).tolist(), strict=True)
+            rate * (tie.least if rate >= held or np.isinf(tie.greatest) else tie.greatest)
+            for tie, rate in zip(there.ties, slackening(there, moving).tolist(), strict=True)
         )
 
     def dead_power(self, pose: Pose, parameter: float, motion: Floats) -> float:

@@ -98,8 +98,7 @@ class _ContactRows:
         points = pair_points(linkage.assembly, contacts, pose, parameter)
         apart = points[:, 1] - points[:, 0]
         normal, valid = gap_normals(contacts, pose, points)
-        body = linkage.body[contacts.pair]
-        between = body[:, 0] != body[:, 1]
+        between = linkage.may_part
         which, kind = np.nonzero(valid & between[:, None])
         across = normal[which, kind]
         place = points[which, np.where(kind == 1, 1, 0)]

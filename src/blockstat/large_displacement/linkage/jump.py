@@ -20,13 +20,13 @@ from blockstat.typing import Floats
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Longest step of the fastest corner in a jump. Relative to the extent of the assembly. Chosen: contacts that close are
-#: located by root finding, so a step must only be too short to pass through a block.
+#: Longest step of the fastest corner in a jump. Relative to the extent of the free blocks. Chosen: contacts that close
+#: are located by root finding, so a step must only be too short to pass through a block.
 MAX_STEP = 0.01
-#: The first step, relative to `MAX_STEP`, and the shortest, relative to the extent of the assembly. Chosen: the first
-#: is short because the contacts that stop a fall may be near.
+#: The first step, relative to `MAX_STEP`, and the shortest, relative to the extent of the free blocks. Chosen: the
+#: first is short because the contacts that stop a fall may be near.
 FIRST_STEP, MIN_STEP = 1e-3, 1e-9
-#: Blocks that have moved so far without a contact that closes have fallen. Relative to the extent of the assembly.
+#: Blocks that have moved so far without a contact that closes have fallen. Relative to the extent of the free blocks.
 #: Chosen: what is still in the way after that was no part of the structure's equilibrium.
 FALLEN = 0.5
 #: Blocks fall together that move by more than this. Relative to the block that moves most. Chosen: others are dragged
@@ -82,7 +82,7 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
     opened = contacts.joint[linkage.closed & ~sticking & ~sliding].tolist()
     ties, slack = tie_status(linkage.configuration(pose, parameter), mechanism)
     falling = replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack)
-    extent = float(np.ptp(assembly.vertices, axis=0).max())
+    extent = float(np.ptp(assembly.vertices[~assembly.support[assembly.vertex_block]], axis=0).max())
     tolerance, travelled = ZERO_GAP * float(assembly.size.max()), 0.0
     lost = JumpEnd(None, pose, opened, [])
     direction = _unit(assembly, pose, motion_at_fixed_parameter(falling, pose, parameter, mechanism))

@@ -96,8 +96,7 @@ class Linkage:
         contacts = rejoined(self.assembly, self.contacts, contact, pose, parameter)
         sticking = self.sticking.copy()
         sticking[contact] = True
-        rigid = [k for k in taut if np.isinf(self.assembly.ties[k].greatest)]
-        ties = np.union1d(self.ties, rigid).astype(np.int64)
+        ties = np.union1d(self.ties, taut).astype(np.int64)
         return replace(self, contacts=contacts, sticking=sticking, ties=ties, slack=np.setdiff1d(self.slack, taut))
 
     def configuration(self, pose: Pose, parameter: float) -> Configuration:
@@ -157,9 +156,19 @@ class Linkage:
 
     @cached_property
     def between_bodies(self) -> tuple[Ints, Ints]:
-        """Contacts between two different bodies: those that stick, and those that slide."""
+        """Contacts between bodies: those that stick, and those that slide."""
+        between = self.may_part
+        return np.flatnonzero(self.sticking & between), np.flatnonzero(self.sliding & between)
+
+    @property
+    def may_part(self) -> np.ndarray:
+        """Whether the sides of a contact belong to two bodies, or one to a support that moves, (n_contacts,) bool.
+
+        What sticks to supports at rest and supports that move are the same body, -1, as far as their own motion goes.
+        """
         a, b = self.body[self.contacts.pair].T
-        return np.flatnonzero(self.sticking & (a != b)), np.flatnonzero(self.sliding & (a != b))
+        apart: np.ndarray = (a != b) | self.contacts.drive.any(axis=(1, 2))
+        return apart
 
     def origins(self, pose: Pose) -> Floats:
         """Return the mean of the displaced centroids of the blocks of each body.
@@ -279,7 +288,7 @@ def linkage_at_rest(
     Returns
     -------
     Linkage
-        Ties without a greatest force keep their length, unless the mechanism shortens them.
+        Ties keep their length, unless the mechanism shortens them or they yield in it.
     """
     assembly = structure.assembly
     contacts = pairs_at_rest(assembly, structure.interfaces)
