@@ -130,8 +130,7 @@ class World:
         """
         check_assembly(assembly)
         free = ~assembly.support
-        self.assembly = assembly
-        self.settings = settings
+        self.assembly, self.settings = assembly, settings
         if interfaces is not None:
             self.interfaces = interfaces
         if may_have_uneven_masses(assembly, settings.iterations):
