@@ -231,6 +231,19 @@ def test_a_curve_of_joints_that_hold_by_tension_alone_ends_at_rest(monkeypatch, 
         nonlinear_check(curve, ALONG)
 
 
+@pytest.mark.parametrize("share", [0.001, 1.0, 20.0])
+def test_a_block_that_its_load_lifts_hangs_on_it(share):
+    """The multiplier times the load is the weight, and what hangs balances at any height."""
+    lifted = block()
+    force = share * lifted.free_weight
+    curve = capacity(lifted, [("block", TOP, (0, 0, force))], displacement=0.1)
+    assert curve.outcome.word == "reached"
+    np.testing.assert_allclose(curve.lower, 1 / share, rtol=1e-6)
+    assert (np.diff(curve.displacement) > 0).all()
+    assert curve.displacement[[0, -1]] == pytest.approx([0, 0.1])
+    np.testing.assert_allclose(curve.points[-1].pose.displacement[1], (0, 0, 0.1), atol=1e-9)
+
+
 def test_forces_on_supports_are_no_part_of_what_the_control_is_along():
     against = [("block", TOP, ALONG), ("ground", (0, 0, -0.5), (-1, 0, 0))]
     curve = capacity(block(), against, steps=1, displacement=0.01)
