@@ -49,7 +49,7 @@ def row(voussoirs: int, thickness: float, speed: float) -> Row:
     assert path.collapse is not None
     move = Settlement("right", path=(1.2 * path.collapse, 0, 0), speed=speed)
     begin = process_time()
-    run = simulate(ring, actions=[move], hold=move.end, stop=lambda _, moved, __: np.abs(moved).max() > 3 * sunk[-1])
+    run = simulate(ring, loads=[move], hold=move.end, stop=lambda _, moved, __: np.abs(moved).max() > 3 * sunk[-1])
     seconds = process_time() - begin
     seen = -run.since_release[:, crown, 2]
     moved = np.clip(run.times[-len(seen) :] * speed, 0, None)

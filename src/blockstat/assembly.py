@@ -497,7 +497,7 @@ def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, 
             return int(block)
         raise InputError(f"{what}: {block!r} is neither a block's index nor its name")
 
-    asked: Any = given if np.iterable(given) and not isinstance(given, str) else [given]
+    asked = given if isinstance(given, Iterable) and not isinstance(given, str) else [given]
     return np.array(gathered(partial(number, block) for block in asked), dtype=np.int64)
 
 

@@ -1,4 +1,4 @@
-"""Checks of the names of engines, and of times that loads are made with."""
+"""Checks of the names of engines."""
 
 from __future__ import annotations
 

@@ -86,6 +86,32 @@ class Settings:
             raise InputError(f"no setting {unknown[0]!r}; settings are: {', '.join(known)}")
         return cls(**{**PRESETS[preset], **changes})
 
+    @classmethod
+    def of(cls, given: Settings | None) -> Settings:
+        """Return the settings of a call.
+
+        Parameters
+        ----------
+        given : Settings or None
+            What was given; None for the default settings.
+
+        Returns
+        -------
+        Settings
+            The settings.
+
+        Raises
+        ------
+        InputError
+            For anything else, such as the name of a preset.
+        """
+        if given is None:
+            return cls()
+        if not isinstance(given, cls):
+            preset = f"Settings.named({given!r})" if isinstance(given, str) and given in PRESETS else "dynsim.Settings"
+            raise InputError(f"settings are {given!r}; they must be {preset}")
+        return given
+
     def __post_init__(self) -> None:
         for name in (
             "time_step", "quick_step", "fine_step", "look_every", "settle", "settle_step", "resolution", "clear_fall",
@@ -96,6 +122,8 @@ class Settings:
                 continue
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < float("inf"):
                 raise InputError(f"settings: {name} is {value!r}; it must be a positive number")
+        if not isinstance(self.group, str | None):
+            raise InputError(f"settings: group is {self.group!r}; it must be the name of a group")
         for name in ("iterations", "fine_iterations"):
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, int) or value < 1:

@@ -120,7 +120,7 @@ def test_a_scene_written_and_read_is_the_same_scene(hut, root, tmp_path):
     for path in (hut, *paths):
         scene = load_scene(path)
         again = tmp_path / "again.toml"
-        again.write_text(scene_text(scene))
+        again.write_text(scene_text(scene), encoding="utf-8")
         assert load_scene(again) == scene
 
 

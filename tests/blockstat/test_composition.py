@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from blockstat import InputError, assess, build, load_scene, parameters, scene_from, search, with_values
+from blockstat import InputError, assess, build, load_scene, parameters, scene_from, scene_text, search, with_values
 from blockstat.spec import compose
 from blockstat.spec.composition import resolve
 from blockstat.spec.files import load_file
@@ -275,6 +275,29 @@ def test_what_is_refused_names_its_path_and_what_is_allowed():
     # The ends of a range must do as well as its value.
     wild = GATE | {"parameters": GATE["parameters"] | {"t": {"value": 0.5, "min": -0.5, "max": 0.5, "step": 0.5}}}
     assert refused(wild, errors=2).startswith("elements.")
+
+
+def test_every_design_that_can_be_built_reads_back(tmp_path):
+    """Also where an end of one range does not go with the value that another has now."""
+    ranges = {
+        "t": {"value": 0.8, "min": 0.2, "max": 0.8, "step": 0.1},
+        "u": {"value": 0.2, "min": 0.2, "max": 0.6, "step": 0.1},
+    }
+    ledge = {"kind": "box", "size": [1.0, "= rest", 0.1]}
+    data = {"name": "w", "parameters": ranges | {"rest": "= t - u + 0.1"}, "elements": {"ledge": ledge}}
+    design = with_values(scene_from(data), {"parameters.t": 0.3})
+    assert build(design).volume[1] == pytest.approx(1.0 * (0.3 - 0.2 + 0.1) * 0.1)
+    path = tmp_path / "w.toml"
+    path.write_text(scene_text(design), encoding="utf-8")
+    assert load_scene(path) == design
+    # With u a number, t = 0.2 alone decides: 0.2 - 0.6 + 0.1 is no size.
+    data["parameters"] |= {"u": 0.6}
+    assert refused(data).startswith("elements.ledge.size[1]: ")
+    # An end that its own key cannot have is told whatever else moves.
+    tall = {"value": 1.0, "min": -1.0, "max": 1.0, "step": 1.0}
+    data["parameters"] |= ranges
+    data["elements"] = {"ledge": ledge | {"size": [1.0, "= rest", tall]}}
+    assert refused(data).startswith("elements.ledge.size[2]: ")
 
 
 def test_a_count_may_be_computed_but_for_rounding():

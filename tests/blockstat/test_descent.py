@@ -55,6 +55,23 @@ def portal():
     )  # fmt: skip
 
 
+def test_designs_whose_ranges_do_not_go_together_at_every_end_are_measured():
+    """A block 2 m high carries t / 2 of its weight: 0.15 at t = 0.3, where t - u + 0.1 is no size at u = 0.6."""
+    data = {
+        "name": "w",
+        "parameters": {"t": between(0.2, 0.8, 0.1), "u": between(0.2, 0.6, 0.1) | {"value": 0.2}},
+        "elements": {
+            "pier": {"kind": "pier", "size": [1.0, "= t"], "height": 2.0, "courses": 2},
+            "ledge": {"kind": "box", "size": [1.0, "= t - u + 0.1", 0.1], "at": [3, 0, 0]},
+        },
+    }
+    result = search(scene_from(data), verify=None, strategy="gradient", margin=Margin((0, 1, 0), 0.15))
+    assert result.best_parameters["parameters.t"] == pytest.approx(0.3, abs=1e-3)
+    for found in result.history:
+        t, u = found.parameters.values()
+        assert (found.static == "error") == (t - u + 0.1 < 1e-9)
+
+
 @pytest.mark.parametrize("height", PIERS)
 def test_the_least_pier_under_a_barrel_vault(height):
     scene = piers(height, between(0.5, 1.5, 0.01))
@@ -128,6 +145,16 @@ def test_a_tilt_is_a_push():
         lambda: Margin(PUSH, -0.1),
         lambda: Margin(PUSH, friction=0.5),
         lambda: Margin.tilt("x", 90.0),
+        lambda: Margin("x"),
+        lambda: Margin((1, 0)),
+        lambda: Margin((1, 0, "far")),
+        lambda: Margin(least="a"),
+        lambda: Margin(least=float("nan")),
+        lambda: Margin(friction=None),
+        lambda: Margin.tilt("w", 5),
+        lambda: Margin.tilt("z", 5),
+        lambda: Margin.tilt((0, 1), 5),
+        lambda: Margin.tilt("x", "10"),
     ],
 )
 def test_an_impossible_margin_is_refused(make):

@@ -5,6 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from blockstat import Assembly, Block, InputError, Outcome, assess, box, find_interfaces, limit_load, overlaps, repair
 from blockstat.geometry.topology import edge_topology
@@ -88,6 +89,44 @@ def test_the_narrow_top_of_a_ridge_lies_in_no_plane_beside_it(width):
     ridge = Assembly.from_blocks([prism([(-1, -1), (1, -1), (width / 2, 0), (-width / 2, 0)], 0, 1)])
     top = np.argmax(ridge.planes.centre[:, 2])
     assert ridge.planes.normal[top].tolist() == pytest.approx([0, 0, 1], abs=1e-6)
+
+
+SLOPE = np.tan(np.deg2rad(50))
+#: A ledge whose edge has 50 degrees, and a stone that reaches round it.
+LEDGE = prism([(-3, -SLOPE), (-1, -SLOPE), (0, 0), (-3, 0)], 0, 1)
+ROUND_IT = prism([(-0.25, -0.25 * SLOPE), (0.3, -0.25 * SLOPE), (0.3, 0.5), (-2, 0.5), (-2, 0), (0, 0)], 0, 1)
+
+
+def with_a_vertex_on_its_edge(ledge, share):
+    """The ledge with a vertex on its edge from 2 to 6, in one of the faces there, and a face without width."""
+    corners = 0.82 * np.asarray(ledge.vertices, dtype=float)
+    faces = [list(face) for face in ledge.faces]
+    face = next(face for face in faces if (2, 6) in zip(face, face[1:] + face[:1], strict=True))
+    face.insert(face.index(2) + 1, len(corners))
+    return Block(np.vstack([corners, (1 - share) * corners[2] + share * corners[6]]), [*faces, [2, 6, 8]])
+
+
+@pytest.mark.parametrize("divided", [False, True])
+def test_a_face_without_width_at_an_acute_edge_holds_no_stone(divided):
+    """The stone lifts off the slope of the ledge as it slides on the top, so that friction alone carries."""
+    position = Rotation.from_euler("xyz", [230, 337, 158], degrees=True).as_matrix()
+    stone = Block(0.82 * np.asarray(ROUND_IT.vertices, dtype=float), ROUND_IT.faces)
+    plain = Block(0.82 * np.asarray(LEDGE.vertices, dtype=float), LEDGE.faces)
+    ledge = with_a_vertex_on_its_edge(LEDGE, 0.888) if divided else plain
+    asm = placed([ledge, stone], position, supports=[0], friction=0.3)
+    assert find_interfaces(asm).contacts == {"face": 2, "edge": 0, "corner": 0, "crossing": 0}
+    found = limit_load(asm, position @ [1, 0, 0])
+    assert (found.lower, found.upper) == pytest.approx((0.3, 0.3), rel=1e-6)
+    assert assess(asm, gravity=position @ [9.81 * np.sin(0.61), 0, -9.81 * np.cos(0.61)]).outcome is Outcome.UNSTABLE
+
+
+def test_a_face_without_width_at_an_acute_edge_looks_between_the_faces_beside_it():
+    """Those beside it make 130 degrees, so that nothing between them is further than 65 degrees from their bisector."""
+    block = with_a_vertex_on_its_edge(LEDGE, 0.888)
+    bisector = np.array([np.sin(np.deg2rad(65)), 0, np.cos(np.deg2rad(65))])
+    for turned in Rotation.random(200, random_state=0).as_matrix():
+        normal = placed([block], turned).planes.normal[-1]
+        assert normal @ turned @ bisector >= np.cos(np.deg2rad(65)) - 1e-9
 
 
 @pytest.mark.parametrize("seed", range(5))

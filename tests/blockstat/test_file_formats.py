@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, InputError, JointLaw, Tie, read, write
+from blockstat import Assembly, Block, InputError, JointLaw, Tie, load_scene, read, scene_from, scene_text, write
 from blockstat.errors import InputWarning, NoSupportError
 from blockstat.io.compas import is_compas
 from blockstat.io.files import read_parts
@@ -762,6 +762,17 @@ def test_tables_of_a_scene_are_written_with_their_headings():
         "range = { value = 1, min = 0 }", "empty = {  }", "", '["in ner"]', "a = 1", "", '["in ner".deep]',
         "b = [true]", "", "[last]", 'c = "d"',
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "word", ["\U0001f9f1 brick", "Kämpfer \uffff", "rubbed out \x7f", 'a\t"b"\r\n\\\x00\x1f\x85\u2028']
+)
+def test_a_scene_of_any_characters_reads_back(word, tmp_path):
+    data = {"name": "hut", "length": 3.0, "span": 2.0, "description": word, "cases": {word: {"factors": {word: 1}}}}
+    scene = scene_from(data | {"loads": {word: {"kind": "acceleration", "direction": [1, 0, 0]}}})
+    path = tmp_path / "hut.toml"
+    path.write_text(scene_text(scene), encoding="utf-8")
+    assert load_scene(path) == scene
 
 
 def test_a_surface_is_read_from_every_format_in_its_unit_and_its_axes(tmp_path):

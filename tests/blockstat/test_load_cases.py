@@ -94,7 +94,7 @@ def test_a_case_adds_its_loads_with_their_factors(scene):
 
 def test_scenes_and_blocks_keep_loads_cases_and_ties_in_files(scene, tmp_path):
     kept = load_scene(scene)
-    (tmp_path / "again.toml").write_text(scene_text(kept))
+    (tmp_path / "again.toml").write_text(scene_text(kept), encoding="utf-8")
     assert load_scene(tmp_path / "again.toml") == kept
     bay = build(kept)
     write(bay, tmp_path / "bay.json")

@@ -22,6 +22,42 @@ ELL = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
 OTHER_ELL = [(1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (1, 2)]
 HOOK = [(0, 0), (4, 0), (4, 3), (2, 3), (2, 2), (3, 2), (3, 1), (0, 1)]
 OTHER_HOOK = [(0, 1), (3, 1), (3, 2), (2, 2), (2, 3), (4, 3), (4, 4), (0, 4)]
+#: A stone with twenty corners, two of them in the middle of a side but for the eleventh decimal.
+NEARLY_IN_LINE = [
+    [0.53238249981, 0.38227940234, -0.7725224744],
+    [0.62000054905, -0.16880674798, -0.59867382842],
+    [0.83474664213, -0.22727539672, -0.80603311773],
+    [0.74321494244, 0.32487632786, -0.976102725],
+    [0.67005841635, 0.34479456367, -0.90546262994],
+    [0.69098802546, 0.41096210111, -0.96090162748],
+    [0.52043941308, 0.45739715768, -0.79621952788],
+    [0.52300732296, 0.44124589897, -0.7911243704],
+    [0.55074353574, 0.37728027353, -0.79025193748],
+    [0.0916123755, 0.1856867324, -1.17356145742],
+    [0.17923042562, -0.36539942887, -0.99971281044],
+    [0.39397652084, -0.42386807179, -1.20707209748],
+    [0.30244482741, 0.12828365111, -1.37714171465],
+    [0.22928829621, 0.14820188535, -1.30650161509],
+    [0.25021790037, 0.21436942895, -1.36194061806],
+    [0.07966929258, 0.26080448042, -1.19725851425],
+    [0.08223720185, 0.24465322913, -1.19216334943],
+    [0.10997341398, 0.18068760193, -1.19129091569],
+    [0.73418762078, 0.32733419123, -0.96738592363],
+    [0.23438876535, 0.16432667447, -1.32001189677],
+]
+NEARLY_IN_LINE_FACES = [
+    [0, 1, 2, 3, 18, 4, 5, 6, 7, 8],
+    [17, 16, 15, 14, 19, 13, 12, 11, 10, 9],
+    [0, 9, 10, 1],
+    [1, 10, 11, 2],
+    [2, 11, 12, 3],
+    [3, 12, 13, 4, 18],
+    [4, 13, 19, 14, 5],
+    [5, 14, 15, 6],
+    [6, 15, 16, 7],
+    [7, 16, 17, 8],
+    [8, 17, 9, 0],
+]
 
 
 def shifted(outline, x, z):
@@ -78,6 +114,58 @@ def test_concave_blocks_overlap_by_what_they_are_pushed_into_each_other(one, two
     pairs, found = overlaps(assembly(blocks), gap=1e-3)
     assert pairs.tolist() == [[0, 1]]
     assert found[0] == pytest.approx(depth, rel=1e-4)
+
+
+def _split_edges(outline, rng):
+    """The same outline with corners more in the middle of its sides."""
+    ends = zip(outline, outline[1:] + outline[:1], strict=True)
+    return [
+        tuple(np.add(np.multiply(a, 1 - share), np.multiply(b, share)))
+        for a, b in ends
+        for share in [0.0, *np.sort(rng.uniform(0.1, 0.9, rng.integers(0, 3)))]
+    ]
+
+
+@pytest.mark.parametrize("noise", [6e-8, 1e-8, 5e-5])
+@pytest.mark.parametrize("depth", [0.0, 0.3])
+@pytest.mark.parametrize(
+    ("one", "two", "move"), [(NOTCH, TEE, (0, -1)), (ELL, OTHER_ELL, (-1, 0)), (HOOK, OTHER_HOOK, (0, -1))]
+)
+def test_rounding_neither_makes_an_overlap_of_interlocking_blocks_nor_alters_one(one, two, move, depth, noise):
+    # Each corner moves by less than twice the noise, and so does each face of a block.
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        turn = Rotation.random(rng=rng).as_matrix()
+        blocks = []
+        for outline in (one, shifted(two, depth * move[0], depth * move[1])):
+            block = prism(_split_edges(outline, rng), 1.0)
+            corners = np.asarray(block.vertices, dtype=float) @ turn.T
+            blocks.append(Block(corners + rng.uniform(-noise, noise, corners.shape), block.faces))
+        found = overlaps(assembly(blocks), gap=1e-3)[1]
+        np.testing.assert_allclose(found, [depth] if depth else [], atol=1e-3)
+
+
+def test_blocks_given_to_four_decimals_interlock():
+    turn = Rotation.from_euler("z", 3, degrees=True).as_matrix()
+    blocks = []
+    for outline in (ELL, OTHER_ELL):
+        n = len(outline)
+        corners = np.array([(x, y, z) for y in (0, 1) for x, z in outline], dtype=float) @ turn.T
+        sides = [[i, i + n, (i + 1) % n + n, (i + 1) % n] for i in range(n)]
+        blocks.append(Block(corners.round(4), [list(range(n)), list(range(2 * n - 1, n - 1, -1)), *sides]))
+    assert len(overlaps(assembly(blocks), gap=0.01)[0]) == 0
+
+
+def test_a_stone_with_corners_nearly_in_line_is_cut_to_the_end():
+    # Seen along its extrusion: a profile whose corner on one side is out of line by the last digit given.
+    corners = np.array(NEARLY_IN_LINE)
+    stone = Block(corners, NEARLY_IN_LINE_FACES, name="stone")
+    other = box((-0.09436569837, 0.13234652212, -1.53689709878), (0.7282926688, 0.96014592843, -0.67056018393))
+    pairs, depth = overlaps(assembly([stone, other]), gap=0.01)
+    assert pairs.tolist() == [[0, 1]]
+    lower, upper = np.min(other.vertices, axis=0), np.max(other.vertices, axis=0)
+    room = np.minimum(upper, corners.max(axis=0)) - np.maximum(lower, corners.min(axis=0))
+    assert 0.01 < depth[0] < room.min()
 
 
 def test_pieces_fill_the_solid_in_the_box():

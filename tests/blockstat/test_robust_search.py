@@ -60,6 +60,23 @@ def test_other_strategies_judge_the_worst_case_too():
 SURE = 0.15
 
 
+def test_a_descent_begins_at_a_smaller_design_where_the_largest_cannot_be():
+    """The pillar is 1 - a - b wide, which is none at a = b = 0.6."""
+    pillar = {"kind": "pier", "size": ["= 1 - a - b", 0.5], "height": 1.0, "courses": 1}
+    bars = {name: {"value": 0.2, "min": 0.2, "max": 0.6, "step": 0.2} for name in "ab"}
+    tables = {**TABLES, "parameters": bars, "elements": {"pillar": pillar}}
+    found = search(scene_from(tables), verify=None, strategy="gradient", margin=PUSH)
+    assert 1 - sum(found.best_parameters.values()) == pytest.approx(0.3, abs=1e-4)
+    push, target = norm(0.2, 0.05), FailureTarget(0.05, {"push": Random("normal", 0.2, 0.05)}, **ALONG)
+    found = search(scene_from(tables), verify=None, strategy="robust", target=target)
+    assert push.isf(0.05) <= 1 - sum(found.best_parameters.values()) <= push.isf(0.05) + SURE * 0.05
+    # Where none can be built, the rows say why.
+    tables["elements"] = {"pillar": pillar | {"size": ["= 0.4 - a - b + 1e-15", 0.5]}}
+    found = search(scene_from(tables), verify=None, strategy="robust", target=target)
+    assert found.outcome.word == "failed"
+    assert found.history
+
+
 @pytest.mark.parametrize("probability", [0.05, 1e-3])
 def test_a_random_push_asks_for_its_quantile(probability):
     """It tips at b: the probability of a design is known, and below the target, as its draws show."""
@@ -140,6 +157,19 @@ def test_what_does_not_go_together_is_said(options, message):
 def test_a_target_is_a_small_probability(probability):
     with pytest.raises(InputError, match=r"above 0 and below 0\.5"):
         FailureTarget(probability)
+
+
+@pytest.mark.parametrize(
+    ("given", "named"),
+    [
+        ({"probability": "a"}, "probability"), ({"probability": None}, "probability"),
+        ({"probability": 0.1, "direction": (0, 0.1)}, "direction"),
+        ({"probability": 0.1, "direction": "x"}, "direction"), ({"probability": 0.1, "draws": 1.5}, "draws"),
+    ],
+)  # fmt: skip
+def test_a_target_that_says_no_numbers_is_told_by_its_part(given, named):
+    with pytest.raises(InputError, match=f"target: {named} is "):
+        FailureTarget(**given)
 
 
 def test_a_target_that_no_width_reaches_has_no_design():

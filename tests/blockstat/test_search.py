@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from blockstat import InputError, JointLaw, Memory, assess, build, search, with_values, write
+from blockstat import InputError, JointLaw, Memory, Outcome, assess, build, search, with_values, write
 from blockstat.design_search.search import PRUNED, FailureTarget, Margin
 from blockstat.design_search.shared_joints import SharedJoints
 from blockstat.design_search.space import space_of
@@ -494,3 +494,31 @@ def test_of_equally_light_designs_of_a_grid_the_first_is_the_answer_wherever_the
     interrupted = search(scene, verify=verify, strategy="paper", over="grid", progress=interrupt)
     assert not interrupted.finished
     assert interrupted.best_parameters == first
+
+
+@pytest.mark.parametrize("strategy", ["paper", "pruned"])
+def test_a_space_whose_largest_design_cannot_be_is_searched(strategy):
+    """Of the width 1 - a - b, three of nine designs leave none; of those that leave 0.2 the first is best."""
+    bars = {name: between(0.2, 0.6, 0.2) | {"value": 0.2} for name in "ab"}
+    block = {"kind": "box", "size": ["= 1 - a - b", 1.0, 1.0]}
+    scene = scene_from({"name": "left", "parameters": bars, "elements": {"p": block}})
+    found = search(scene, verify=None, strategy=strategy, over="grid")
+    assert found.best_parameters == {"parameters.a": 0.6, "parameters.b": 0.2}
+    assert found.building == scene
+    if strategy == "paper":
+        assert [c.static for c in found.history].count("error") == 3
+    # Along lines b is tried at the least a that stands beside the largest b, and both end at their least.
+    line = search(scene, verify=None, strategy=strategy)
+    assert line.best_parameters == {"parameters.a": 0.2, "parameters.b": 0.2}
+
+
+@pytest.mark.parametrize("outcome", Outcome)
+def test_only_what_statics_call_stable_can_disagree_with_a_fall(outcome):
+    def static(assembly):
+        return SimpleNamespace(outcome=outcome, score=0.0, solver="x", interfaces=None)
+
+    result, _ = run(static=static, verify=lambda assembly: Judgement(Word.FALLS), strategy="paper")
+    assert result.dynamic_runs == len(result.history) > 0
+    disagreeing = len(result.history) if outcome is Outcome.STABLE else 0
+    assert len(result.disagreements) == result.summary()["disagreements"] == disagreeing
+    assert ("disagree" in result.explain()) == bool(disagreeing)

@@ -14,8 +14,10 @@ from typer.testing import CliRunner
 from blockstat import (
     Assembly,
     Block,
+    FalseworkOutcome,
     InputError,
     JointLaw,
+    Outcome,
     Plan,
     Prop,
     Step,
@@ -29,9 +31,11 @@ from blockstat import (
     count_orders,
     decentring,
     falsework,
+    fewest_props,
     find_interfaces,
     find_order,
     hoists,
+    plot_plan,
     read_plan,
     remove_each,
     safest_order,
@@ -41,6 +45,7 @@ from blockstat import (
 from blockstat.cli.commands import app
 from blockstat.sequence.props import falls_on_props, held_by_props
 from blockstat.sequence.states import Whole
+from blockstat.view.building.slider import StepSlider
 from building_sites import arch, prism, slab, tee
 from evidence.scenes.small import stack
 
@@ -488,3 +493,27 @@ def test_interfaces_with_a_friction_of_their_own_have_no_one_least_friction():
     given = replace(faces, friction=np.full(faces.n_interfaces, 0.5))
     with pytest.raises(InputError, match="these interfaces have their own"):
         safest_order(assembly, held_at_most=1, interfaces=given)
+
+
+def test_blocks_and_props_may_come_from_a_generator():
+    """A stone in the air falls, however it is named, and its hoist holds it."""
+    asm = Assembly.from_blocks(
+        [box((-2, 0, -1), (-1, 1, 0), name="ground"), box((0, 0, 1), (1, 1, 2), name="stone")], supports=["ground"]
+    )
+    assert [v.outcome for v in assess_states(asm, [((n for n in ["stone"]), iter([]))])] == [Outcome.UNSTABLE]
+    state, props = (["stone"], []), hoists(asm, ["stone"])
+    assert held_by_props(asm, state, iter(props), least="total")[1].outcome is FalseworkOutcome.HELD
+    assert fewest_props(asm, state, iter(props)).props == tuple(props)
+
+
+def test_a_plan_of_lists_is_a_plan(tmp_path):
+    asm = stack(1)
+    stone = asm.names[1]
+    plan = Plan([Step([stone], [stone])], boundary=[asm.names[0]])
+    found = assess_plan(asm, plan)
+    assert found.outcome is Outcome.STABLE
+    nothing = replace(found, plan=Plan((), never_installed=(stone,)), verdicts=(), outcomes=())
+    with pytest.raises(InputError, match="no steps to draw"):
+        plot_plan(asm, nothing, tmp_path / "plan.png")
+    with pytest.raises(InputError, match="no steps to draw"):
+        StepSlider(None, asm, nothing)  # refused before anything is drawn on a server

@@ -239,3 +239,29 @@ def test_a_design_with_an_unknown_parameter_is_named_each_time(tmp_path):
         with pytest.raises(InputError, match=r'no parameter "roof"; parameters are: wall\.thickness'):
             sweep(SCENE, designs, path, jobs=1, batch=1)
     assert sweep(SCENE, designs[:1], path, jobs=1).computed == 0
+
+
+#: A hut of a length from 2 to 4 m.
+LONG = scene_from({"name": "hut", "length": {"value": 3, "min": 2, "max": 4, "step": 1}, "span": 2.0})
+
+
+@pytest.mark.parametrize("length", [np.int64(3), np.float32(3), np.float64(3), 3])
+def test_numbers_of_numpy_have_the_row_of_plain_ones(length, tmp_path):
+    for computed in (1, 0):
+        result = sweep(LONG, [{"length": length}], tmp_path / "rows.jsonl", jobs=1)
+        assert result.computed == computed
+        assert [(row["length"], row["static"]) for row in result.rows()] == [(3.0, "stable")]
+
+
+@pytest.mark.parametrize("length", ["3", "long", None, [3], float("nan"), 10**400])
+def test_what_is_no_number_is_told_by_its_parameter(length, tmp_path):
+    with pytest.raises(InputError, match=r"^length"):
+        sweep(LONG, [{"length": length}], tmp_path / "rows.jsonl", jobs=1)
+    with pytest.raises(InputError, match=r"^length"):
+        with_values(LONG, {"length": length})
+
+
+def test_true_and_false_are_values_of_a_presence():
+    vaulted = scene_from({"name": "hut", "length": 3.0, "span": 2.0, "vault": {"present": "search"}})
+    for there in (True, False, np.True_):
+        assert with_values(vaulted, {"vault.present": there}).vault.present.value == float(there)

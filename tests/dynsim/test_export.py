@@ -40,8 +40,8 @@ def test_contact_forces_carry_the_weight():
 @pytest.mark.parametrize("stepwise", [False, True])
 def test_friction_has_the_right_sign(stepwise):
     asm = stack(1, 1.0, 0.5, gravity=(0.2, 0.1, -1))
-    actions = [Pulse((1e-9, 0, 0), 1e-3, start=50.0)] if stepwise else []
-    run = simulate(asm, actions=actions, settings=Settings(end=1.0))
+    loads = [Pulse((1e-9, 0, 0), 1e-3, start=50.0)] if stepwise else []
+    run = simulate(asm, loads=loads, settings=Settings(end=1.0))
     np.testing.assert_allclose(run.contacts.on(1), -asm.mass[1] * asm.gravity, atol=1e-3 * asm.mass[1])
     assert run.contacts.point[:, 2] == pytest.approx(0.0, abs=1e-3)
 

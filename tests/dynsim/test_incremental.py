@@ -305,7 +305,7 @@ def test_the_picture_has_the_curves_and_the_fragility(analysis, tmp_path):
         ([], {}, "no records; at least one is needed"),
         ({"a": Ramp((1.0, 0, 0), 1.0)}, {}, r'"a" is Ramp\(.*\); what is scaled is a Record or a Pulse'),
         ({"up": Pulse((0, 0, 5.0), 1.0)}, {}, '"up" has no horizontal motion, so its PGA is 0'),
-        (PULSES, {"start": 0.0}, r"start is 0\.0; it must be a positive number"),
+        (PULSES, {"start": 0.0}, r"start is 0\.0; it must be above 0"),
         (PULSES, {"factor": 1.0}, r"factor is 1\.0; it must be above 1"),
         (PULSES, {"factor": 1.0001}, "that is more than 200 steps"),
         (PULSES, {"up_to": 0.01}, r"up_to is 0\.01; it must be at least start"),
@@ -313,7 +313,7 @@ def test_the_picture_has_the_curves_and_the_fragility(analysis, tmp_path):
         (PULSES, {"beyond": -1}, "beyond is -1; it must be a whole number"),
         (PULSES, {"confidence": 95}, "confidence is 95; it must be between 0 and 1"),
         (PULSES, {"measure": "sa"}, "measure is 'sa'; it must be one of: pga, pgv"),
-        (PULSES, {"jobs": 0}, "jobs is 0; it must be at least 1"),
+        (PULSES, {"jobs": 0}, "jobs is 0; it must be a whole number of at least 1"),
     ],
 )
 def test_bad_input_is_one_sentence(records, options, words):

@@ -22,8 +22,10 @@ from dynsim import (
     Tilt,
     World,
     read_record,
+    run_many,
     simulate,
     verify,
+    verify_many,
 )
 from evidence.scenes.small import arch, assembly, box, hexahedron, stack
 
@@ -258,7 +260,7 @@ def test_an_impulse_off_the_centre_spins_a_free_block(length):
     asm = asm.with_(vertices=length * asm.vertices)
     impulse, arm = 0.1 * asm.mass[1] * np.array([1.0, 2.0, -1.0]), length * np.array([0.5, 1.0, 1.5])
     push = Push(1, impulse=impulse, point=asm.centroid[1] + arm)
-    run = simulate(asm, settings=Settings(end=1.0), actions=[push])
+    run = simulate(asm, settings=Settings(end=1.0), loads=[push])
     k = 5
     spin = np.linalg.solve(asm.inertia[1], np.cross(arm, impulse))
     turned = Rotation.from_matrix(run.rotation[k, 1]).as_rotvec()
@@ -324,7 +326,7 @@ def test_loads_leave_the_verdict_without_them_as_it_was():
         (lambda: Push("a", velocity=(1, 0, np.nan)), "push: velocity"),
         (lambda: Push("a", velocity=(1, 0, 0), point=(0, 0, 0)), "push: a point goes with an impulse"),
         (lambda: Ramp((1, 0, 0), 0), "ramp: duration is 0"),
-        (lambda: Pulse((1, 0, 0), 1, "square"), 'pulse: no shape "square"; shapes are: rectangle'),
+        (lambda: Pulse((1, 0, 0), 1, "square"), "pulse: shape is 'square'; it must be one of: rectangle"),
         (lambda: Record(np.array([0.0, 0.0]), np.ones((2, 3))), "record: times must grow"),
         (lambda: Record(np.array([0.0, 1.0]), np.ones((2, 2))), "record: times have shape"),
         (lambda: verify(stack(2), loads=[Removal("key")]), 'removal: no block "key"; blocks are: ground, stone0'),
@@ -394,3 +396,34 @@ def test_a_fall_by_a_lost_block_or_beside_a_lasting_load_is_told_apart():
     assert not verify(tower, loads=[lost]).falls_alone
     # A push of seven tenths of the weight turns the tower over its edge, whatever is lost.
     assert verify(tower, loads=[Constant((7.0, 0, 0)), lost]).falls_alone
+
+
+def test_supports_that_settle_together_leave_the_same_room_to_fall_in_one_load_or_in_ten():
+    """The supports go down by 50 mm, and one block by .4 m more: beyond its size of .3 m and these 50 mm."""
+    pads = [box((i, 0, -1), (i + 0.9, 1, 0), name=f"pad{i}") for i in range(10)]
+    cubes = [box((i + 0.3, 0.3, 0), (i + 0.6, 0.6, 0.3), name=f"cube{i}") for i in range(1, 10)]
+    tower = [box((0.3, 0.3, 0), (0.6, 0.6, 0.4), name="prop"), box((0.3, 0.3, 0.4), (0.6, 0.6, 0.7), name="top")]
+    names = [pad.name for pad in pads]
+    asm = Assembly.from_blocks([*pads, *cubes, *tower], supports=names)
+    down, lost = (0, 0, -0.05), Removal("prop", time=1.5)
+    for settling in ([Settlement(names, down, 0.05)], [Settlement(name, down, 0.05) for name in names]):
+        found = verify(asm, loads=[*settling, lost])
+        assert (found.outcome.word, round(found.brick_threshold, 9)) == ("falls", 0.35)
+
+
+@pytest.mark.parametrize(("wrong", "words"), [
+    (lambda asm: verify(asm, actions=[Pulse((1, 0, 0), 0.2)]), "is a load; it must be given as one of the loads"),
+    (lambda asm: verify(asm, actions=[InertiaScale]), "is no action"),
+    (lambda asm: verify(asm, settings="careful"), r"they must be Settings.named\('careful'\)"),
+    (lambda asm: simulate(asm, loads=[Push([0, 1], velocity=(1, 0, 0))]), "push: block is .*; it must be one block"),
+    (lambda asm: simulate(asm, loads=[Removal(None)]), "removal: None is neither a block's index nor its name"),
+    (lambda asm: simulate(asm, hold=float("nan")), "hold is nan; it must be a number of at least 0"),
+    (lambda asm: Settlement(0, [[0, 0, -0.1], [0, 0.1]], 0.1), "settlement: path is .* displacements of three numbers"),
+    (lambda asm: Tilt((0, 1, 0), "10"), "tilt: to is '10'; it must be a finite number"),
+    (lambda asm: verify_many(asm), "one assembly is given"),
+    (lambda asm: verify_many([asm], jobs=1.5), "jobs is 1.5; it must be a whole number"),
+    (lambda asm: run_many(abs, [1, 2], names=["one"], jobs=1), "names: there are 1 for 2 arguments"),
+])  # fmt: skip
+def test_what_is_no_load_and_no_action_is_refused_by_name(wrong, words):
+    with pytest.raises(InputError, match=words):
+        wrong(stack(1))

@@ -100,7 +100,7 @@ def failures(rows: Iterable[Mapping[str, Any]]) -> str:
 class SearchResult(Result):
     """History and best design of a search."""
 
-    building: Scene  #: where the search started: every parameter at its largest
+    building: Scene  #: where the search started: every parameter at its largest, if there is such a design
     best: Scene | None  #: None when no design stood
     best_parameters: dict[str, float] | None
     history: tuple[Candidate, ...]  #: one a design, in the order in which they were evaluated
@@ -191,5 +191,5 @@ class SearchResult(Result):
     @property
     def disagreements(self) -> tuple[Candidate, ...]:
         """Designs that statics call stable and that did not stand; their note gives the likely reason."""
-        words = (UNASKED, PRUNED, BY_STATICS, ERROR, "stands")
-        return tuple(c for c in self.history if not c.excluded and c.dynamic not in words)
+        fell = (c for c in self.history if c.simulated and c.dynamic not in ("stands", ERROR))
+        return tuple(c for c in fell if c.static == "stable")

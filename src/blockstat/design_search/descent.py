@@ -67,15 +67,30 @@ class Descent:
         KeyboardInterrupt
             When the search was cancelled.
         """
-        evaluator, low, high = self.evaluator, *self._bounds()
-        place = dict(zip(self.moved, np.clip((low + x * (high - low)).round(12), low, high).tolist(), strict=True))
-        values = {name: place.get(name, self.counted.get(name, 0.0)) for name in evaluator.space.names}
+        evaluator, values = self.evaluator, self.values(x)
         key = tuple(values.values())
         before = evaluator.rows.get(key, evaluator.known.get(key))
         if before is not None and before.reserve is not None:
             return evaluator.enter(key, before, new=False)
         evaluator.check_cancelled()
         return evaluator.enter(key, self._computed(values, before), new=True)
+
+    def values(self, x: Floats) -> Values:
+        """Return the parameter values of a design.
+
+        Parameters
+        ----------
+        x : ndarray, shape (n_moved,)
+            As `measured` takes them.
+
+        Returns
+        -------
+        dict of str to float
+            In the order of the space.
+        """
+        low, high = self._bounds()
+        place = dict(zip(self.moved, np.clip((low + x * (high - low)).round(12), low, high).tolist(), strict=True))
+        return {name: place.get(name, self.counted.get(name, 0.0)) for name in self.evaluator.space.names}
 
     def _bounds(self) -> tuple[Floats, Floats]:
         ranges = [self.evaluator.space.ranges[name] for name in self.moved]
@@ -101,23 +116,33 @@ class Descent:
             reserve=found.reserve, slopes=slopes,
         )  # fmt: skip
 
-    def largest(self) -> Candidate:
-        """Measure the largest design, or, where it cannot be built, find a smaller one that can.
+    def starts(self) -> Iterator[Floats]:
+        """Go from the largest design to smaller ones, for where it cannot be built.
 
         All parameters are lowered together, and then each by itself, with the others at their most.
 
-        Returns
-        -------
-        Candidate
-            The first that is built; the largest itself where none of them is. All have a row.
+        Yields
+        ------
+        ndarray, shape (n_moved,)
+            Scaled parameters, as `measured` takes them.
         """
         n = len(self.moved)
         shares = np.arange(PARTS)[::-1] / PARTS
         alone = (np.where(np.eye(n)[k] > 0, share, 1.0) for k in range(n if n > 1 else 0) for share in shares)
         together = (np.full(n, share) for share in (shares if n else ()))
-        found = self.measured(np.ones(n))
-        smaller = (self.measured(x) for x in chain(together, alone))
-        return found if _built(found) else next(filter(_built, smaller), found)
+        return chain([np.ones(n)], together, alone)
+
+    def largest(self) -> Candidate:
+        """Measure the largest design, or, where it cannot be built, find a smaller one that can.
+
+        Returns
+        -------
+        Candidate
+            The first of `starts` that is built; the largest itself where none of them is. All have a row.
+        """
+        found = map(self.measured, self.starts())
+        first = next(found)
+        return next(filter(_built, chain([first], found)), first)
 
     def down(self, least: float) -> Candidate | None:
         """Find the lightest design with a reserve.

@@ -14,7 +14,7 @@ from blockstat.analysis.tilt_friction import AXES
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_choice, check_number, check_vector
 from blockstat.imperfection.imperfections import Imperfections, realisations
 from blockstat.loads import acceleration
 from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient
@@ -57,12 +57,11 @@ class Margin:
     gap: float | str = field(default=GAP, repr=False)  # a history names it otherwise
 
     def __post_init__(self) -> None:
-        if not np.isfinite(self.direction).all() or not np.any(self.direction):
-            raise InputError(f"margin: direction is {self.direction}; it must be three numbers, not all zero")
+        check_vector("margin: direction", self.direction)
+        check_number("margin: least", self.least)
         if not 0 <= self.least < TOP:
             raise InputError(f"margin: least is {self.least!r}; it must be from 0 to below {TOP:g}")
-        if not 1 <= self.friction < math.inf:
-            raise InputError(f"margin: friction is {self.friction!r}; the coefficient is divided by it, so at least 1")
+        check_number("margin: friction", self.friction, least=1.0)
 
     @classmethod
     def tilt(cls, axis: str | Sequence[float], degrees: float) -> Margin:
@@ -82,14 +81,17 @@ class Margin:
         Raises
         ------
         InputError
-            For an angle out of range.
+            For an axis that is none, and an angle out of range.
 
         Examples
         --------
         >>> round(Margin.tilt("x", 45).least, 12)
         1.0
         """
-        unit = np.asarray(AXES[axis] if isinstance(axis, str) else axis, dtype=float)
+        if isinstance(axis, str):
+            check_choice("margin: axis", axis, ("x", "y"))
+        unit = check_vector("margin: axis", AXES[axis] if isinstance(axis, str) else axis)
+        check_number("margin: degrees", degrees)
         if not 0 <= degrees < 80:
             raise InputError(f"margin: a tilt of {degrees!r} degrees; it must be from 0 to below 80")
         x, y, z = np.cross(unit, (0.0, 0.0, -1.0)) / np.linalg.norm(unit)

@@ -6,11 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-import msgspec
-
 from blockstat.errors import InputError, no_such
-from blockstat.spec import Range, Scene, parameters, scene_from, with_values
-from blockstat.spec.reading import at_path
+from blockstat.spec import Range, Scene, parameters, with_values
 
 Values = dict[str, float]
 
@@ -103,7 +100,7 @@ class Space:
         InputError
             For a path that is no range, or a value outside its bounds.
         """
-        return with_values(self.scene, dict(values))
+        return with_values(self.scene, values)
 
     def near(self, values: Mapping[str, float]) -> Scene:
         """Return the scene with some values that may lie a little outside the bounds, as differences need it.
@@ -121,14 +118,9 @@ class Space:
         Raises
         ------
         InputError
-            For a value that the parameter could not have by itself.
+            For a path that is no range, or a value that a key cannot have.
         """
-        data = msgspec.to_builtins(self.at({}))
-        for path, value in values.items():
-            found, (table, key) = self.ranges[path], at_path(data, path)
-            low, high = min(found.min, value), max(found.max, value)
-            table[key] = {"value": float(value), "min": low, "max": high, "step": found.step}
-        return scene_from(data)
+        return with_values(self.scene, values, beyond=True)
 
 
 def space_of(scene: Scene, names: Sequence[str] | str | None = None) -> Space:
@@ -144,7 +136,7 @@ def space_of(scene: Scene, names: Sequence[str] | str | None = None) -> Space:
     Returns
     -------
     Space
-        Its scene has every parameter at its largest.
+        Its scene has every parameter at its largest, or, where a key cannot have what follows, is as it was given.
 
     Raises
     ------
@@ -169,7 +161,10 @@ def space_of(scene: Scene, names: Sequence[str] | str | None = None) -> Space:
     if len(set(chosen)) < len(chosen):
         raise InputError(f"parameters to search are {', '.join(chosen)}; each may be named once")
     space = Space(scene, {name: ranges[name] for name in chosen})
-    return Space(space.at(space.start), space.ranges)
+    try:
+        return Space(space.at(space.start), space.ranges)
+    except InputError:
+        return space  # the row of that design says why it cannot be built; others may be
 
 
 def is_boolean(found: Range) -> bool:

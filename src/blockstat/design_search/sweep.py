@@ -24,6 +24,7 @@ from blockstat.design_search.history import digest
 from blockstat.errors import InputError, check_count, check_seed, known_options, no_such
 from blockstat.result import Result, Sentence
 from blockstat.spec import Scene, build, parameters, scene_from, with_values
+from blockstat.spec.reading import number_at
 from blockstat.system.lock import locked
 from blockstat.system.rows import append_rows, kept_rows, read_rows
 from blockstat.system.workers import as_they_come
@@ -266,7 +267,7 @@ def sweep(
     ------
     InputError
         For a file of another sweep, or of other designs, one that cannot be written, a measure without a name, a
-        design with an unknown parameter, and for `jobs` or `batch` below 1.
+        design with an unknown parameter or a value that is no number, and for `jobs` or `batch` below 1.
 
     Notes
     -----
@@ -314,8 +315,9 @@ def _swept(
             for name in values:
                 if name not in names:
                     raise no_such("parameter", name, names)
+            values = {name: number_at(name, value) for name, value in values.items()}
             if number not in done:
-                yield number, dict(values)
+                yield number, values
             elif done[number] != _mark(values):
                 raise InputError(f"{path}: row {number} is of another design; move the file away or choose another")
 

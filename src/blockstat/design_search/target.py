@@ -21,11 +21,11 @@ from blockstat.chance.monte_carlo import Reliability, reliability
 from blockstat.chance.population import Population
 from blockstat.chance.variables import Random, as_strong_as, random_variables
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.design_search.descent import lightest
+from blockstat.design_search.descent import descents, lightest
 from blockstat.design_search.evaluator import Evaluator
 from blockstat.design_search.margin import Margin
 from blockstat.design_search.space import Values
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_count, check_number, check_vector
 from blockstat.typing import Floats
 
 #: Points on the sphere and designs at most, and the multiplier that a design may lack at its worst point.
@@ -67,8 +67,12 @@ class FailureTarget:
     gap: float | str = field(default=GAP, repr=False)  # a history names it otherwise
 
     def __post_init__(self) -> None:
+        check_number("target: probability", self.probability)
         if not 0 < self.probability < 0.5:
             raise InputError(f"target: probability is {self.probability!r}; it must be above 0 and below 0.5")
+        if self.direction is not None:
+            check_vector("target: direction", self.direction)
+        check_count("target: draws", self.draws)
 
     @property
     def beta(self) -> float:
@@ -183,7 +187,9 @@ def lightest_assured(evaluator: Evaluator, target: FailureTarget) -> tuple[Value
     Du, X. & Chen, W. (2004). Sequential optimization and reliability assessment method for efficient probabilistic
     design. Journal of Mechanical Design 126(2), 225-233.
     """
-    largest = evaluator.make(evaluator.space.start)
+    largest = _largest(evaluator, target)
+    if largest is None:
+        return None, None
     uncertain, direction = target.variables(largest)
     size = Population(largest, find_interfaces(largest, gap=target.gap), None, uncertain).size
     place, beta = np.zeros(size), target.beta
@@ -216,6 +222,19 @@ def lightest_assured(evaluator: Evaluator, target: FailureTarget) -> tuple[Value
             return best, Assured(first, found)
         beta += float(np.clip(target.beta + ndtri(found.interval[1]), LEAST, MOST))
     return None, None
+
+
+def _largest(evaluator: Evaluator, target: FailureTarget) -> Assembly | None:
+    """The first design that can be built, from the largest on; where there is none, rows say why."""
+    ways = [(descent, x) for descent in descents(evaluator, Margin(gap=target.gap)) for x in descent.starts()]
+    for descent, x in ways:
+        try:
+            return evaluator.make(descent.values(x))
+        except InputError:
+            continue
+    for descent, x in ways:
+        descent.measured(x)
+    return None
 
 
 def _lightest_at(evaluator: Evaluator, margin: AtPoint) -> Values | None:

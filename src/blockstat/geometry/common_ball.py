@@ -74,7 +74,7 @@ def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats, outward: Flo
     Returns
     -------
     array of float, shape (n,)
-        Diameters [m]. The ball lies in both blocks, so it never says too much. Of those that are no larger than the
+        Diameters [m]. The ball lies in both blocks but for the tolerance. Of those that are no larger than the
         tolerance an upper bound is given.
     """
     lower, upper = blocks.bounds

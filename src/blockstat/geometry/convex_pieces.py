@@ -12,10 +12,11 @@ from functools import reduce
 
 import numpy as np
 
+from blockstat.geometry.inscribed_ball import inscribed_balls
 from blockstat.geometry.polyhedron import members
 from blockstat.typing import Floats, Ints
 
-#: Heights below this fraction of the box are on a plane: rounding.
+#: Heights below this fraction of the diagonal of the box are on a plane: rounding.
 ON = 1e-9
 #: Pairs of a plane and a triangle that are held in memory at once.
 CHUNK = 1_000_000
@@ -40,8 +41,16 @@ def convex_pieces(solids: Sequence[Floats], lower: Floats, upper: Floats, tolera
 
     Notes
     -----
-    No point behind all planes of a piece lies outside the solid: on the way from such a point to the inside one would
-    cross a face from its front. So pieces that are convex but for the tolerance are too small, and never too large.
+    A part of a triangle keeps the plane of the whole, and lies in it whatever rounding says. So each cut uses up a face
+    and the cuts come to an end, and a sliver left over by a cut has no plane of its own.
+
+    Two faces make a notch where one reaches in front of the other by more than the tolerance; when one is narrower than
+    that, where each does. A sliver whose plane is rounding has the faces beside it in front of its plane, but is not in
+    front of theirs: it makes no notch.
+
+    Surface that lies in the plane of a cut but for rounding is lost, and so is a notch narrower than the tolerance.
+    Whether a piece is of the solid is therefore not told by the face that bounds it but by the whole surface: by the
+    solid angle about the centre of the largest ball in the piece, as far as can be from all that was lost.
 
     References
     ----------
@@ -90,12 +99,17 @@ def contains(triangles: Floats, point: Floats) -> bool:
     A. van Oosterom and J. Strackee, The solid angle of a plane triangle, IEEE Transactions on Biomedical Engineering 30
     (1983) 125-126, doi:10.1109/TBME.1983.325207.
     """
-    a, b, c = np.moveaxis(triangles - point, 1, 0)
+    return bool(_solid_angles(triangles - point).sum() > 2 * np.pi)
+
+
+def _solid_angles(triangles: Floats) -> Floats:
+    """Solid angle of each triangle seen from the origin."""
+    a, b, c = np.moveaxis(triangles, 1, 0)
     la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
     volume = np.einsum("ij,ij->i", a, np.cross(b, c))
     ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
     dots = la * lb * lc + ab * lc + bc * la + ca * lb
-    return bool(2 * np.arctan2(volume, dots).sum() > 2 * np.pi)
+    return 2 * np.arctan2(volume, dots)
 
 
 @dataclass
@@ -115,6 +129,10 @@ class _Tree:
         self.plane = np.concatenate([self.plane, plane])
         return np.arange(first, len(self.solid))
 
+    def leave(self, cells: Ints) -> None:
+        """Set aside cells without any part of the surface, which are wholly inside or wholly outside."""
+        self.full += [(cell, np.empty((0, 4))) for cell in cells.tolist()]
+
     def path(self, cell: int) -> list[Floats]:
         """Return the planes that bound a cell within its box."""
         planes = []
@@ -130,69 +148,152 @@ def _cut(solids: Sequence[Floats], lower: Floats, upper: Floats, tolerance: Floa
     middle, half = (lower + upper) / 2, (upper - lower) / 2
     on = 2 * ON * np.linalg.norm(half, axis=1)
     cell = np.repeat(np.arange(n), [len(own) for own in solids])
-    parts = np.concatenate(solids) - middle[cell][:, None]
-    real = _real(parts, on[cell])
-    parts, cell = parts[real], cell[real]
+    surface = np.concatenate(solids) - middle[cell][:, None]
+    parts = _Parts(surface, cell, np.arange(len(cell))).take(_real(surface, on[cell]))
     for axis, sign in ((axis, sign) for axis in range(3) for sign in (1.0, -1.0)):
-        wall = np.zeros((len(parts), 4))
-        wall[:, axis], wall[:, 3] = sign, half[cell, axis]
-        _, _, parts, own = _split(parts, wall, on[cell])
-        cell = cell[own]
+        wall = np.zeros((len(parts.cell), 4))
+        wall[:, axis], wall[:, 3] = sign, half[parts.cell, axis]
+        parts = parts.split(wall, on[parts.cell])[1]
+    faces, own = np.unique(parts.face, return_inverse=True)
+    parts.face = _faces(surface[faces], cell[faces], on)[own]
+    planes = _planes(surface[faces])
     tree = _Tree(np.arange(n), np.full(n, -1), np.zeros((n, 4)))
-    for k in np.setdiff1d(np.arange(n), cell):
-        if contains(solids[k], middle[k]):
-            tree.full.append((int(k), np.empty((0, 4))))
+    tree.leave(np.setdiff1d(np.arange(n), parts.cell))
     least = np.maximum(tolerance, on)
-    while len(parts):
-        parts, cell = _level(tree, parts, cell, least, on)
+    while len(parts.cell):
+        parts = _level(tree, parts, planes, least, on)
+    walls = np.vstack([np.eye(3), -np.eye(3)])
+    pieces, owner = [], tree.solid[[k for k, _ in tree.full]]
+    for solid, (k, bounds) in zip(owner.tolist(), tree.full, strict=True):
+        box = np.column_stack([walls, np.tile(half[solid], 2)])
+        pieces.append(_distinct(np.vstack([bounds, *tree.path(k), box]), float(on[solid])))
     found: list[list[Floats]] = [[] for _ in solids]
-    for k, planes in tree.full:
-        solid = int(tree.solid[k])
-        walls = np.column_stack([np.vstack([np.eye(3), -np.eye(3)]), np.tile(half[solid], 2)])
-        piece = _distinct(np.vstack([planes, *tree.path(k), walls]), float(on[solid]))
-        piece[:, 3] += piece[:, :3] @ middle[solid]
-        found[solid].append(piece)
+    for k in np.flatnonzero(_filled(pieces, owner, surface, cell, on)).tolist():
+        pieces[k][:, 3] += pieces[k][:, :3] @ middle[owner[k]]
+        found[owner[k]].append(pieces[k])
     return found
 
 
-def _level(tree: _Tree, parts: Floats, cell: Ints, least: Floats, on: Floats) -> tuple[Floats, Ints]:
-    """Set the convex cells aside and cut the others once; the parts of the surface in what is left, and their cells."""
-    order = np.argsort(cell, kind="stable")
-    parts, cell = parts[order], cell[order]
-    cells, start = np.unique(cell, return_index=True)
-    count = np.diff(np.append(start, len(cell)))
-    planes = _planes(parts)
-    # Each plane with each triangle of its cell.
-    group = np.repeat(np.arange(len(cells)), count)
-    row, other = members(start[group], count[group])
-    normal, reach = planes[row, :3], planes[row, 3]
-    heights = [np.einsum("nj,nj->n", parts[other, k], normal) - reach for k in range(3)]
-    tight = on[tree.solid[cell]][row]
-    # numpy takes the largest of three numbers in each of many rows several times as slowly.
-    top, bottom = reduce(np.maximum, heights), reduce(np.minimum, heights)
-    first = np.cumsum(count[group]) - count[group]
-    front, back = top > tight, bottom < -tight
-    ahead = np.maximum.reduceat(top, first)
-    reflex = ahead > least[tree.solid[cell]]
+def _faces(triangles: Floats, cell: Ints, on: Floats) -> Ints:
+    """For each triangle the widest one of its solid in whose plane it lies and that looks its way, mostly itself."""
+    planes, order = _planes(triangles), np.lexsort((-_widths(triangles), cell))
+    count = np.bincount(cell, minlength=len(on))[cell]
+    row, place = members(np.searchsorted(cell, cell), count)
+    other = order[place]
+    height = [np.einsum("nj,nj->n", triangles[row, k], planes[other, :3]) - planes[other, 3] for k in range(3)]
+    same = reduce(np.maximum, map(np.abs, height)) <= on[cell[row]]
+    same &= np.einsum("nj,nj->n", planes[row, :3], planes[other, :3]) > 0
+    same |= row == other
+    where = np.flatnonzero(same)
+    _, first = np.unique(row[where], return_index=True)
+    return other[where[first]]
+
+
+def _level(tree: _Tree, parts: _Parts, planes: Floats, least: Floats, on: Floats) -> _Parts:
+    """Set the convex cells aside and cut the others once; the parts of the surface in what is left."""
+    parts = parts.take(np.lexsort((parts.face, parts.cell)))
+    cells, start = np.unique(parts.cell, return_index=True)
+    side = _Sides.of(parts, planes, least[tree.solid[cells]], on[tree.solid[cells]])
     # The plane with surface in front that cuts fewest parts of it, then the one that halves it.
-    cut, uneven = np.add.reduceat(front & back, first), np.add.reduceat(front.astype(int) - back.astype(int), first)
-    cost = np.where(reflex, cut * (len(parts) + 1.0) + np.abs(uneven), np.inf)
-    best = np.lexsort((cost, group))[start]
-    notched = reflex[best]
+    best = np.lexsort((side.cost, side.cell))[side.first]
+    notched = np.isfinite(side.cost[best])
+    group = np.repeat(np.arange(len(cells)), np.diff(np.append(start, len(parts.cell))))
     for k in np.flatnonzero(~notched):
-        tree.full.append((int(cells[k]), planes[start[k] : start[k] + count[k]]))
-    kept = notched[group]
-    plane = planes[best]
-    above, up, below, down = _split(parts[kept], plane[group[kept]], on[tree.solid[cell[kept]]])
-    up, down = group[kept][up], group[kept][down]
-    number = np.full((2, len(cells)), -1)
-    cuts = np.flatnonzero(notched)
-    number[0, cuts] = tree.grow(cells[cuts], -plane[cuts])
-    number[1, cuts] = tree.grow(cells[cuts], plane[cuts])
-    # A side without any part of the surface is wholly outside in front of a face, and wholly inside behind it.
-    for k in np.setdiff1d(cuts, down):
-        tree.full.append((int(number[1, k]), np.empty((0, 4))))
-    return np.concatenate([above, below]), np.concatenate([number[0, up], number[1, down]])
+        own = np.arange(side.first[k], side.first[k] + side.count[k])
+        tree.full.append((int(cells[k]), planes[side.face[own[side.bounds[own]]]]))
+    # What lies in the face that cuts lies in the plane, whatever rounding says: so the faces come to an end.
+    kept = np.flatnonzero(notched[group] & (parts.face != side.face[best][group]))
+    cuts = cells[notched]
+    plane = planes[side.face[best[notched]]]
+    front, back = tree.grow(cuts, -plane), tree.grow(cuts, plane)
+    at = np.cumsum(notched)[group[kept]] - 1
+    above, below = parts.take(kept).split(plane[at], on[tree.solid[parts.cell[kept]]])
+    above.cell, below.cell = front[np.searchsorted(cuts, above.cell)], back[np.searchsorted(cuts, below.cell)]
+    tree.leave(np.setdiff1d(front, above.cell))
+    tree.leave(np.setdiff1d(back, below.cell))
+    return above.joined(below)
+
+
+@dataclass
+class _Parts:
+    """Parts of the surfaces: triangles, cell after cell or not."""
+
+    triangle: Floats  #: shape (n, 3, 3)
+    cell: Ints  #: the cell that each lies in
+    face: Ints  #: the triangle in whose plane it lies, as told before anything was cut
+
+    def take(self, rows: np.ndarray) -> _Parts:
+        return _Parts(self.triangle[rows], self.cell[rows], self.face[rows])
+
+    def joined(self, other: _Parts) -> _Parts:
+        return _Parts(*(np.concatenate([a, b]) for a, b in zip(vars(self).values(), vars(other).values(), strict=True)))
+
+    def split(self, plane: Floats, on: Floats) -> tuple[_Parts, _Parts]:
+        """What is in front of a plane each and what is behind it."""
+        above, up, below, down = _split(self.triangle, plane, on)
+        return _Parts(above, self.cell[up], self.face[up]), _Parts(below, self.cell[down], self.face[down])
+
+
+@dataclass
+class _Sides:
+    """The faces that have parts in a cell, cell after cell."""
+
+    face: Ints
+    cell: Ints  #: number among the cells
+    first: Ints  #: where those of each cell begin
+    count: Ints  #: how many each cell has
+    bounds: np.ndarray  #: which bound a convex piece
+    cost: Floats  #: of a cut in the plane of each, infinite where none is needed
+
+    @classmethod
+    def of(cls, parts: _Parts, planes: Floats, least: Floats, on: Floats) -> _Sides:
+        """Measure each face in a cell with each part of the surface there; the parts come cell after cell, by faces."""
+        new = (np.diff(parts.cell, prepend=-1) != 0) | (np.diff(parts.face, prepend=-1) != 0)
+        side, begin = np.cumsum(new) - 1, np.flatnonzero(new)
+        cell = np.cumsum(np.diff(parts.cell, prepend=-1) != 0)[begin] - 1
+        first = np.searchsorted(cell, np.arange(len(least)))
+        count, size = np.diff(np.append(first, len(cell))), np.diff(np.append(begin[first], len(side)))
+        row, other = members(begin[first][cell], size[cell])
+        normal, reach = planes[parts.face[begin], :3][row], planes[parts.face[begin], 3][row]
+        heights = [np.einsum("nj,nj->n", parts.triangle[other, k], normal) - reach for k in range(3)]
+        # numpy takes the largest of three numbers in each of many rows several times as slowly.
+        strange = side[other] != row
+        top, bottom = reduce(np.maximum, heights) * strange, reduce(np.minimum, heights) * strange
+        # How far each face reaches in front of each other one; and the other way round, in blocks of rows and columns.
+        pair = np.flatnonzero((np.diff(row, prepend=-1) != 0) | (np.diff(side[other], prepend=-1) != 0))
+        gap, i, j = np.maximum.reduceat(top, pair), row[pair], side[other[pair]]
+        own = cell[i]
+        back = (np.cumsum(count**2) - count**2 - first)[own] + (j - first[own]) * count[own] + i
+        each = np.cumsum(count[cell]) - count[cell]
+        ahead = np.maximum.reduceat(gap, each)
+        # A face narrower than the tolerance is within it of the faces beside, and its plane may be rounding.
+        wide = np.maximum.reduceat(_widths(parts.triangle), begin) > least[cell]
+        notch = np.where(wide[i] & wide[j], gap, np.minimum(gap, gap[back]))
+        reflex = np.maximum.reduceat(notch, each) > least[cell]
+        tight, at = on[cell][row], np.cumsum(size[cell]) - size[cell]
+        over, under = top > tight, bottom < -tight
+        cut, uneven = np.add.reduceat(over & under, at, dtype=int), np.add.reduceat(over * 1 - under * 1, at)
+        cost = np.where(reflex, cut * (len(side) + 1.0) + np.abs(uneven), np.inf)
+        return cls(parts.face[begin], cell, first, count, wide | (ahead <= least[cell]), cost)
+
+
+def _filled(pieces: list[Floats], owner: Ints, surface: Floats, cell: Ints, on: Floats) -> np.ndarray:
+    """Which pieces are wider than rounding and lie inside their solids, by the solid angle about their centres."""
+    start = np.cumsum([0, *map(len, pieces)])
+    planes = np.concatenate([np.empty((0, 4)), *pieces])
+    radius, centre = inscribed_balls(planes[:, :3], planes[:, 3], start)
+    wide = np.flatnonzero(radius > on[owner])
+    first = np.searchsorted(cell, np.arange(len(on) + 1))
+    # A surface that looks inwards encloses what is outside of it.
+    signed = np.einsum("ij,ij->i", surface[:, 0], np.cross(surface[:, 1], surface[:, 2]))
+    turned = np.bincount(cell, signed, len(on)) < 0
+    filled = np.zeros(len(pieces), dtype=bool)
+    work = np.cumsum(np.diff(first)[owner[wide]])
+    for own in np.split(wide, np.searchsorted(work, np.arange(CHUNK, work[-1], CHUNK)) if len(wide) else []):
+        row, triangle = members(first[owner[own]], np.diff(first)[owner[own]])
+        angle = np.bincount(row, _solid_angles(surface[triangle] - centre[own][row][:, None]), len(own))
+        filled[own] = angle + 4 * np.pi * turned[owner[own]] > 2 * np.pi
+    return filled
 
 
 def _planes(triangles: Floats) -> Floats:
@@ -246,9 +347,13 @@ def _split(triangles: Floats, plane: Floats, on: Floats) -> tuple[Floats, Ints, 
 
 def _real(triangles: Floats, on: Floats) -> np.ndarray:
     """Which triangles are wider than rounding: the others have no plane."""
-    edge = triangles[:, [1, 2, 0]] - triangles
-    longest = np.linalg.norm(edge, axis=2).max(axis=1, initial=0.0)
-    return 2 * np.linalg.norm(_vector_areas(triangles), axis=1) > on * longest
+    return _widths(triangles) > on
+
+
+def _widths(triangles: Floats) -> Floats:
+    """Least height of each triangle, 0 where its corners are one point."""
+    longest = np.linalg.norm(triangles[:, [1, 2, 0]] - triangles, axis=2).max(axis=1, initial=0.0)
+    return 2 * np.linalg.norm(_vector_areas(triangles), axis=1) / np.where(longest > 0, longest, 1.0)
 
 
 def _vector_areas(triangles: Floats) -> Floats:

@@ -279,10 +279,12 @@ def _with_those_beside(blocks: Polyhedra, planes: FacePlanes) -> Floats:
 def _is_bevel(normal: Floats, beside: Floats) -> bool:
     """Whether a narrow face looks between the ways of two faces beside it, as the bevel or the fillet of an edge does.
 
-    The normal of three corners in one line is any at right angles to it.
+    The normal of three corners in one line is any at right angles to it. Those between two normals make an angle with
+    their bisector that is no larger than the two make. Each of the two alone does not tell: where they are more than
+    120 degrees apart, what looks the other way is as near to both as they are to each other.
     """
     cosine, own = beside @ beside.T, beside @ normal
-    between = np.minimum(own[:, None], own) >= cosine - NARROW**2
+    between = own[:, None] + own >= 1 + cosine - NARROW**2
     np.fill_diagonal(between, False)
     return bool(normal.any() and between.any())
 

@@ -24,7 +24,7 @@ def scene_text(scene: Any) -> str:
     Returns
     -------
     str
-        TOML 1.0, which `load_scene` reads back to the same scene.
+        TOML 1.0, which `load_scene` reads back to the same scene; a file of it is in UTF-8.
 
     Examples
     --------
@@ -52,7 +52,12 @@ def _nested(value: Any) -> bool:
 
 
 def _key(name: str) -> str:
-    return name if PLAIN.fullmatch(name) else json.dumps(name)
+    return name if PLAIN.fullmatch(name) else _text(name)
+
+
+def _text(text: str) -> str:
+    """A text in quotes: TOML knows JSON's escapes of single characters, but no pairs of surrogates."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _value(value: Any) -> str:
@@ -63,5 +68,5 @@ def _value(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return json.dumps(value)
+        return _text(value)
     return repr(value)

@@ -46,7 +46,7 @@ class Step:
 
     def __post_init__(self) -> None:
         for name in ("install", "hold", "props_in", "props_out"):
-            check_names(f"step: {name}", getattr(self, name))
+            object.__setattr__(self, name, check_names(f"step: {name}", getattr(self, name)))
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,12 @@ class Plan:
     props: Mapping[str, Prop] = field(default_factory=dict)  #: struts that push and never pull, by name
 
     def __post_init__(self) -> None:
-        if isinstance(self.steps, Step) or not all(isinstance(step, Step) for step in self.steps):
+        steps = (None,) if isinstance(self.steps, Step) else tuple(self.steps)
+        if not all(isinstance(step, Step) for step in steps):
             raise InputError(f"plan: steps are {self.steps!r}; they must be a tuple of Step")
+        object.__setattr__(self, "steps", steps)
         for name in ("boundary", "never_installed"):
-            check_names(f"plan: {name}", getattr(self, name))
+            object.__setattr__(self, name, check_names(f"plan: {name}", getattr(self, name)))
 
     @property
     def most_held(self) -> int:
@@ -155,13 +157,12 @@ def _step(step: dict[str, Any], number: int) -> Step:
 
 def _prop(name: str, given: Any) -> Prop:
     try:
-        point, direction = (tuple(float(x) for x in given[key]) for key in ("point", "direction"))
-        prop = Prop(str(given["block"]), point, direction)  # type: ignore[arg-type]
         assert set(given) == {"block", "point", "direction"}
+        point, direction = (tuple(float(x) for x in given[key]) for key in ("point", "direction"))
+        return Prop(str(given["block"]), point, direction)  # type: ignore[arg-type]
     except (KeyError, TypeError, ValueError, AssertionError):
         form = '{"block": NAME, "point": [x, y, z], "direction": [x, y, z]}'
         raise InputError(f'prop "{name}" is {given!r}; it must read {form}') from None
-    return prop
 
 
 def write_plan(plan: Plan, path: str | Path) -> None:
@@ -180,10 +181,9 @@ def write_plan(plan: Plan, path: str | Path) -> None:
     }  # fmt: skip
     if plan.props:
         head["props"] = {name: asdict(prop) for name, prop in plan.props.items()}
-    rows = [json.dumps(_row(step)) for step in plan.steps]
     top = json.dumps(head)[:-1]
     with written_whole(path) as place:
-        place.write_text(top + ', "steps": [\n' + ",\n".join(rows) + "\n]}\n")
+        place.write_text(top + ', "steps": [\n' + ",\n".join(json.dumps(_row(step)) for step in plan.steps) + "\n]}\n")
 
 
 def _row(step: Step) -> dict[str, tuple[str, ...]]:

@@ -62,6 +62,7 @@ def fewest_props(
     >>> [prop.point[0] for prop in fewest_props(assembly, (["stone"], []), props).props]
     [0.5]
     """
+    props = tuple(props)
     everything = held_by_props(assembly, state, props, least="total", friction=friction)[1]
     if everything.outcome is FalseworkOutcome.NOT_HELD:
         return None

@@ -259,7 +259,7 @@ def held_by_props(
     if assembly.joints:
         raise InputError("falsework is for dry joints; this assembly has joint laws")
     present, fixed = whole.state_of(*state, "falsework")
-    free = present & ~fixed
+    free, props = present & ~fixed, tuple(props)
     for prop in props:
         block = assembly.blocks_named(prop.block, "falsework")[0]
         if not free[block]:
@@ -273,7 +273,7 @@ def held_by_props(
                 f"to {high.tolist()}"
             )
     problem = whole.propped(free, present)
-    return problem, *_least(problem, tuple(props), least)
+    return problem, *_least(problem, props, least)
 
 
 def _least(problem: Problem, props: tuple[Prop, ...], least: str) -> tuple[Falsework, Floats]:

@@ -27,7 +27,7 @@ from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces, near_
 from blockstat.contact.penetration import check_copies, check_overlaps, overlaps
 from blockstat.contact.point_law import joint_friction
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
-from blockstat.errors import InputError, check_choice, known_options, no_such
+from blockstat.errors import InputError, check_choice, check_names, known_options, no_such
 from blockstat.program.equilibrium import Columns, Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
@@ -227,6 +227,7 @@ class Whole:
         return there, fixed
 
     def _numbers(self, names: Iterable[str], where: str) -> Ints:
+        names = check_names(where, names)
         unknown = [name for name in names if name not in self._number]
         if unknown:
             raise InputError(f"{where}: {no_such('block', unknown[0], self._number)}")

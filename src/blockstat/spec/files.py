@@ -58,7 +58,7 @@ def load_scene(path: str | Path, *, folder: str | Path | None = None) -> Scene:
     >>> from pathlib import Path
     >>> from blockstat import load_scene, scene_from, scene_text
     >>> hut = scene_from({"name": "hut", "length": 3.0, "span": 2.0})
-    >>> _ = Path("hut.toml").write_text(scene_text(hut))
+    >>> _ = Path("hut.toml").write_text(scene_text(hut), encoding="utf-8")
     >>> load_scene("hut.toml") == hut
     True
     """

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from typing import Any, TypeVar
 
 import msgspec
+import numpy as np
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_number
 from blockstat.system.faults import faults
 
 T = TypeVar("T", bound=msgspec.Struct)
@@ -96,6 +97,38 @@ def check_finite(node: Any, path: str = "") -> None:
     """
     if found := list(_not_finite(node, path)):
         raise InputError(*found)
+
+
+def number_at(path: str, value: Any) -> float:
+    """The number that a parameter is moved to.
+
+    Parameters
+    ----------
+    path : str
+        Of the parameter.
+    value : object
+        What was given: a number, of numpy too, or true or false of a presence.
+
+    Returns
+    -------
+    float
+        It is finite.
+
+    Raises
+    ------
+    InputError
+        With the path, for anything else.
+
+    Examples
+    --------
+    >>> number_at("wall.height", "high")
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: wall.height is 'high'; it must be a finite number
+    """
+    check_finite(value, path)
+    check_number(path, int(value) if isinstance(value, (bool, np.bool_)) else value)
+    return float(value)
 
 
 def _not_finite(node: Any, path: str) -> Iterator[str]:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from functools import partial
 from typing import Any, TypeAlias
 
 import msgspec
 import numpy as np
 
-from blockstat.errors import InputError, gathered
+from blockstat.errors import InputError, gathered, known_options
+from blockstat.model.expression import is_expression
 from blockstat.spec.chapel import Building
 from blockstat.spec.composition import Composition, composition_from, load_tables, ties_of
 from blockstat.spec.material import uncertain_of
 from blockstat.spec.ranges import SEARCHED, Range, is_presence, is_range
-from blockstat.spec.reading import at_path, check_finite, entries, joined, read_as
+from blockstat.spec.reading import at_path, check_finite, entries, joined, number_at, read_as
 
 #: The short form for a rectangular building, or the general one.
 Scene: TypeAlias = Building | Composition
@@ -58,25 +61,28 @@ def parameters(scene: Scene) -> dict[str, Range]:
     return found
 
 
-def with_values(scene: Scene, values: dict[str, float]) -> Scene:
+@known_options
+def with_values(scene: Scene, values: Mapping[str, float], *, beyond: bool = False) -> Scene:
     """The scene with some of its ranges moved to other values.
 
     Parameters
     ----------
     scene : Building or Composition
         It is not changed.
-    values : dict of float
-        By path, as `parameters` has them.
+    values : mapping of str to float
+        By path, as `parameters` has them; the others stay as they are.
+    beyond : bool, optional
+        Values may lie outside their bounds, which then take them in.
 
     Returns
     -------
     Building or Composition
-        With the same ranges.
+        With the same ranges, but for those that take in a value.
 
     Raises
     ------
     InputError
-        For a path that is no range, or a value outside its bounds.
+        For a path that is no range, or a value that is no number or outside its bounds.
 
     Examples
     --------
@@ -91,7 +97,9 @@ def with_values(scene: Scene, values: dict[str, float]) -> Scene:
         if path not in ranges:
             raise InputError(f'no parameter "{path}" to move; ranges are: {", ".join(ranges) or "none"}')
         table, key = at_path(data, path)
-        table[key]["value"] = float(value)
+        table[key]["value"] = number = number_at(path, value)
+        if beyond:
+            table[key] |= {"min": min(number, ranges[path].min), "max": max(number, ranges[path].max)}
     check_finite(data)
     return _read(data)  # the ends of the ranges are where they were
 
@@ -132,13 +140,41 @@ def scene_from(data: Any) -> Scene:
 
 
 def _check_ends(scene: Scene, path: str, found: Range) -> None:
-    """The ends of a range must be values that the parameter could have by itself."""
+    """The ends of a range must be values that the parameter could have by itself.
+
+    What depends on other ranges, too, is a matter of each design: any that can be built is read back.
+    """
     for end in {found.min, found.max, *found.steps()[1:2]}:
         plain = _plain(scene)
         table, key = at_path(plain, path)
         whole = int(end) if float(end).is_integer() else end
         table[key] = bool(whole) if is_presence(path) and whole in (0, 1) else whole
-        _read(plain)
+        try:
+            _read(plain)
+        except InputError as error:
+            if own := [text for text in error.args if _ranges_behind(text, _plain(scene)) == {path}]:
+                raise type(error)(*own) from None
+
+
+def _ranges_behind(text: str, data: dict[str, Any]) -> set[str]:
+    """Paths of the ranges that what an error tells of depends on; none where it tells of no key that is written."""
+    place = re.sub(r"\[(\d+)\]", r".\1", text.partition(": ")[0])
+    try:
+        table, key = at_path(data, place)
+        todo = [(place, table[key])]
+    except (LookupError, TypeError, ValueError):
+        return set()
+    names, found = dict(data.get("parameters", {})), set[str]()
+    while todo:
+        path, node = todo.pop()
+        if is_range(node):
+            found.add(path)
+        elif is_expression(node):
+            told = names.keys() & set(re.findall(r"\w+", node))
+            todo += [(f"parameters.{name}", names.pop(name)) for name in told]
+        else:
+            todo += [(joined(path, key), child) for key, child in entries(node)]
+    return found
 
 
 def _from_numpy(value: Any) -> Any:

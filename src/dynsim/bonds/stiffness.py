@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_number
 from dynsim.bonds.glue import CentreBonds
 from dynsim.bonds.springs import Springs, spring_set
 from dynsim.bonds.ties import TieForces
@@ -133,8 +133,7 @@ class AngularSprings:
         _check("angular stiffness", self.stiffness)
         if self.moment is not None:
             _check("moment of an angular spring", self.moment)
-        if not 0 <= self.damping <= 1:
-            raise InputError(f"damping of an angular spring is {self.damping!r}; it must be between 0 and 1")
+        check_number("damping of an angular spring", self.damping, least=0, most=1)
 
     @property
     def caveat(self) -> str:

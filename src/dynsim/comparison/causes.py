@@ -192,8 +192,8 @@ def find_cause(
     if static.outcome is Outcome.STABLE and coulomb.outcome is Outcome.UNDECIDED and not closely:
         return Cause.UNDECIDED
     if dynamic.outcome is DynamicOutcome.FALLS:
-        return _why_it_fell(coulomb, settings or Settings(), closely)
-    return _why_it_stood(static, coulomb, dynamic, settings or Settings(), closely)
+        return _why_it_fell(coulomb, Settings.of(settings), closely)
+    return _why_it_stood(static, coulomb, dynamic, Settings.of(settings), closely)
 
 
 def _why_it_fell(coulomb: Verdict, settings: Settings, closely: bool) -> Cause:

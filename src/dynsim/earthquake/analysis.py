@@ -12,7 +12,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.errors import InputError, check_choice, known_options
+from blockstat.errors import InputError, check_choice, check_number, known_options
 from blockstat.result import Result, Sentence, finite, millimetres
 from blockstat.typing import Floats
 from dynsim.earthquake.fragility import Fragility, fit_fragility
@@ -24,7 +24,7 @@ from dynsim.engine.guards import check_assembly
 from dynsim.engine.world import Action
 from dynsim.judge.rest import threshold_under
 from dynsim.judge.verdict import DynamicOutcome
-from dynsim.loads.load import as_loads
+from dynsim.loads.load import as_actions, as_loads
 from dynsim.parallel.pool import jobs_checked
 from dynsim.settings import Settings
 
@@ -325,6 +325,7 @@ def incremental(
     """
     check_choice("measure", measure, MEASURES)
     hunt = Hunt(start, factor, up_to, resolution, beyond)
+    check_number("incremental: confidence", confidence)
     if not 0 < confidence < 1:
         raise InputError(f"incremental: confidence is {confidence!r}; it must be between 0 and 1")
     motions, processes = named_motions(records), jobs_checked(jobs)
@@ -335,7 +336,7 @@ def incremental(
             raise InputError(f'incremental: "{name}" has no horizontal motion, so its {measure.upper()} is 0')
     joints = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
     lasting = as_loads(assembly, loads)
-    shaking = Shaking(assembly, settings or Settings(), lasting, tuple(actions), joints)
+    shaking = Shaking(assembly, Settings.of(settings), lasting, as_actions(actions), joints)
     with kept(directory, shaking, measure, motions) as runs:
         hunted = hunt_all(shaking, hunt, motions, units, runs, processes, progress)
     chosen = threshold_under(assembly, [*lasting, *motions.values()], shaking.settings.brick_threshold)

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import minimize
 from scipy.special import log_ndtr, ndtr, stdtrit
 
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_number, known_options
+from blockstat.loads import numbers
 from blockstat.result import Result, Sentence, finite
 from blockstat.typing import Floats
 
@@ -200,7 +201,8 @@ def fit_fragility(lower: ArrayLike, upper: ArrayLike, *, confidence: float = 0.9
 
 def _checked(lower: ArrayLike, upper: ArrayLike, confidence: float) -> tuple[Floats, Floats, np.ndarray]:
     """The bounds as arrays, and which records fell a block."""
-    low, high = np.atleast_1d(np.asarray(lower, dtype=float)), np.atleast_1d(np.asarray(upper, dtype=float))
+    low, high = np.atleast_1d(numbers(lower)), np.atleast_1d(numbers(upper))
+    check_number("fragility: confidence", confidence)
     if not 0 < confidence < 1:
         raise InputError(f"fragility: confidence is {confidence!r}; it must be between 0 and 1")
     if low.ndim != 1 or low.shape != high.shape or not (np.isfinite(low).all() and (low >= 0).all()):

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_positive
 
 #: Steps up to the greatest intensity: more means a factor that was mistyped, for each is a simulation.
 MOST_STEPS = 200
@@ -37,8 +37,7 @@ class Hunt:
 
     def __post_init__(self) -> None:
         for name in ("start", "up_to"):
-            if not 0 < getattr(self, name) < math.inf:
-                raise InputError(f"incremental: {name} is {getattr(self, name)!r}; it must be a positive number")
+            check_positive(f"incremental: {name}", getattr(self, name))
         if self.up_to < self.start:
             raise InputError(f"incremental: up_to is {self.up_to!r}; it must be at least start, {self.start!r}")
         if not 1 < self.factor < math.inf:

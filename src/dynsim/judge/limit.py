@@ -12,7 +12,7 @@ import numpy as np
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_number, known_options
 from blockstat.loads import as_load
 from blockstat.result import Result, Sentence, finite, millimetres
 from blockstat.typing import Floats
@@ -188,6 +188,7 @@ def limit(
     >>> found.outcome.word, found.lower < 0.26, found.upper > 0.24
     ('limit', True, True)
     """
+    check_number("limit: width", width)
     if not 1e-4 <= width < 1:
         raise InputError(f"limit: width is {width!r}; it must be from 0.0001 to below 1")
     start = process_time()
@@ -261,7 +262,7 @@ class _Search:
         self.warnings: dict[str, None] = {}  #: of the runs, each once
         total = Constant(force).size(assembly)
         self._unit = assembly.free_weight / total if total > 0 else 1.0  # where the load is as strong as the weight
-        self._blind = (settings or Settings()).resolution / _greatest_share(assembly, force)  # no run has to show less
+        self._blind = Settings.of(settings).resolution / _greatest_share(assembly, force)  # no run has to show less
 
     def stands(self, multiplier: float) -> bool:
         """Run the protocol at a multiplier."""

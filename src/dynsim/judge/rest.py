@@ -11,7 +11,7 @@ from blockstat.assembly import Assembly
 from blockstat.typing import Floats, Ints
 from dynsim.judge.criteria import default_threshold
 from dynsim.loads.load import Load
-from dynsim.loads.loading import Removal
+from dynsim.loads.loading import Removal, Settlement
 from dynsim.settings import LOOKS, SHOWN
 
 #: Blocks rock for long: after the last change of a load a run may take this many times `Settings.end`.
@@ -83,7 +83,11 @@ def threshold_under(assembly: Assembly, loads: Sequence[Load], given: float | No
         given = default_threshold(assembly)
     elif given is None:
         given = float(np.median(assembly.size[assembly.free]))
-    return given + sum(load.travel for load in loads)
+    carried = np.zeros(assembly.n_blocks)  # what several settlements do to one support adds up
+    for load in loads:
+        on = assembly.blocks_named(load.supports, "settlement") if isinstance(load, Settlement) else slice(None)
+        carried[on] += load.travel
+    return given + float(carried.max())
 
 
 def movement(assembly: Assembly, blocks: Ints, moved: Floats, turned: Floats) -> Floats:

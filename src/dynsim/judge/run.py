@@ -11,7 +11,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.errors import known_options
+from blockstat.errors import check_number, known_options
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import bonds_of
 from dynsim.checks import check_engine
@@ -19,7 +19,7 @@ from dynsim.engine.guards import check_assembly
 from dynsim.engine.lmgc90 import Lmgc90World
 from dynsim.engine.world import Action, World
 from dynsim.judge.closing import closed_scene
-from dynsim.loads.load import Loads, as_loads
+from dynsim.loads.load import Loads, as_actions, as_loads
 from dynsim.settings import Settings
 
 #: Taller scenes need longer to show a fall: times grow as sqrt(height) above this height at simulation scale.
@@ -162,7 +162,8 @@ def simulate(
     >>> run.displacement.shape[1:], bool(abs(run.since_release).max() < 1e-3)
     ((2, 3), True)
     """
-    settings = settings or Settings()
+    settings = Settings.of(settings)
+    check_number("hold", hold, least=0)
     check_engine(engine)
     check_assembly(assembly)
     start = process_time()
@@ -170,7 +171,7 @@ def simulate(
     removed = np.full(assembly.n_blocks, np.inf)
     scene = closed_scene(assembly, find_interfaces(assembly, gap=gap) if interfaces is None else interfaces)
     assembly, interfaces = scene.assembly, scene.interfaces
-    acting = (*bonds_of(assembly, interfaces=interfaces), *as_loads(assembly, loads), *actions)
+    acting = (*bonds_of(assembly, interfaces=interfaces), *as_loads(assembly, loads), *as_actions(actions))
     with _world(engine, assembly, settings, acting, interfaces) as world:
         settings = world.settings
         overlap = world.deepest_overlap()

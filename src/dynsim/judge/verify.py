@@ -28,7 +28,7 @@ from dynsim.judge.run import Run, simulate
 from dynsim.judge.stages import SAME_FALL, Stages, stages
 from dynsim.judge.static_reserve import StaticReserve
 from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
-from dynsim.loads.load import Load, Loads, as_loads
+from dynsim.loads.load import Load, Loads, as_actions, as_loads
 from dynsim.loads.loading import Constant
 from dynsim.settings import Settings
 
@@ -114,10 +114,10 @@ def verify(
     >>> verify(ring, loads=[Removal("arch.5")]).outcome.word
     'falls'
     """
-    given = settings = settings or Settings()
+    given = settings = Settings.of(settings)
     check_engine(engine)
     check_assembly(assembly)
-    acting = as_loads(assembly, loads)
+    acting, actions = as_loads(assembly, loads), as_actions(actions)
     if np.isfinite(last_change(acting)):
         settings = replace(settings, end=AFTERWARDS * settings.end)
     if any(law.strong for law in assembly.joints):

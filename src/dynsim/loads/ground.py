@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.errors import InputError, check_number, check_positive, check_vector
+from blockstat.errors import InputError, check_choice, check_number, check_positive, check_vector
+from blockstat.loads import numbers
 from blockstat.typing import Floats
 from dynsim.engine.world import World
 
@@ -169,8 +170,7 @@ class Pulse(Ground):
         check_vector("pulse: peak", self.peak)
         check_positive("pulse: duration", self.duration)
         check_number("pulse: start", self.start, least=0)
-        if self.shape not in SHAPES:
-            raise InputError(f'pulse: no shape "{self.shape}"; shapes are: {", ".join(SHAPES)}')
+        check_choice("pulse: shape", self.shape, SHAPES)
 
     @property
     def end(self) -> float:
@@ -227,7 +227,7 @@ class Record(Ground):
     acceleration: Floats  #: shape (k, 3) [m/s2]
 
     def __post_init__(self) -> None:
-        times, values = np.asarray(self.times, dtype=float), np.asarray(self.acceleration, dtype=float)
+        times, values = numbers(self.times), numbers(self.acceleration)
         if times.ndim != 1 or len(times) < 2 or values.shape != (len(times), 3):
             raise InputError(f"record: times have shape {times.shape} and accelerations {values.shape}; "
                              "(k,) and (k, 3) are needed, k at least 2")  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
@@ -59,7 +59,7 @@ def as_loads(assembly: Assembly, loads: Loads | None) -> tuple[Load, ...]:
     entries = [loads] if isinstance(loads, (Load, np.ndarray)) else list(loads)
     found: list[Load] = []
     for entry in entries:
-        if isinstance(entry, Load):
+        if isinstance(entry, Load) and not isinstance(entry, type):
             found.append(entry)
         elif isinstance(entry, np.ndarray):
             found += _constant(assembly, entry)
@@ -69,6 +69,35 @@ def as_loads(assembly: Assembly, loads: Loads | None) -> tuple[Load, ...]:
                 f"Record and arrays of shape ({assembly.n_blocks}, 6); what has no end, such as a spring, is an action"
             )
     return tuple(found)
+
+
+def as_actions(actions: Action | Sequence[Action] | None) -> tuple[Action, ...]:
+    """Return what else acts on the blocks of an assembly, as a tuple.
+
+    Parameters
+    ----------
+    actions : Action, or a sequence of them
+        What has no end, such as a spring.
+
+    Returns
+    -------
+    tuple of Action
+        The actions.
+
+    Raises
+    ------
+    InputError
+        For what is no action, and for a load: whoever judges a run must know when it ends.
+    """
+    if actions is None:
+        return ()
+    given = tuple(actions) if isinstance(actions, Iterable) else (actions,)
+    for entry in given:
+        if isinstance(entry, type) or not (hasattr(entry, "begin") and hasattr(entry, "act")):
+            raise InputError(f"actions: {entry!r} is no action, as AngularSprings and InertiaScale are")
+        if isinstance(entry, Load):
+            raise InputError(f"actions: {entry!r} is a load; it must be given as one of the loads")
+    return given
 
 
 def _constant(assembly: Assembly, wrenches: Floats) -> list[Load]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError, check_number, check_positive, check_vector
+from blockstat.loads import numbers
 from blockstat.typing import Floats
 from dynsim.engine.world import World
 
@@ -39,6 +40,7 @@ class Tilt:
 
     def __post_init__(self) -> None:
         check_vector("tilt: axis", self.axis)
+        check_number("tilt: to", self.to)
         check_positive("tilt: to", abs(self.to))
         check_positive("tilt: rate", self.rate)
 
@@ -122,8 +124,8 @@ class Settlement:
     each_step = True
 
     def __post_init__(self) -> None:
-        path = np.atleast_2d(np.asarray(self.path, dtype=float))
-        if path.shape[1] != 3 or not np.isfinite(path).all() or not path.any():
+        path = np.atleast_2d(numbers(self.path))
+        if path.ndim != 2 or path.shape[1] != 3 or not np.isfinite(path).all() or not path.any():
             raise InputError(f"settlement: path is {self.path!r}; it must be displacements of three numbers, not all 0")
         check_positive("settlement: speed", self.speed)
         check_number("settlement: start", self.start, least=0)
@@ -195,7 +197,7 @@ class Settlement:
         if time + step <= self.start:
             return
         here, there = self.displacement(time), self.displacement(time + step)
-        for support in world.assembly.blocks_named(self.supports, "settlement"):
+        for support in np.unique(world.assembly.blocks_named(self.supports, "settlement")):
             world.carry(int(support), here, (there - here) / step)
 
 
@@ -308,7 +310,9 @@ class Push:
         InputError
             For a block that does not exist or is a support.
         """
-        block = world.assembly.blocks_named(self.block, "push")[0]
+        block, *others = world.assembly.blocks_named(self.block, "push")
+        if others:
+            raise InputError(f"push: block is {self.block!r}; it must be one block; each needs its own push")
         if world.assembly.support[block]:
             raise InputError(f'push: "{world.assembly.names[block]}" is a support, which cannot move')
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from blockstat.errors import InputError, check_vector
+from blockstat.errors import InputError, check_number, check_vector
 from blockstat.system.reading import text_of
 from dynsim.loads.ground import Record
 
@@ -54,8 +54,9 @@ def read_record(path: str | Path, *, direction: Sequence[float] = X, scale: floa
     """
     path = Path(path)
     along = check_vector("record: direction", direction)
-    if not (math.isfinite(scale) and scale != 0):
-        raise InputError(f"record: scale is {scale!r}; it must be a number other than 0")
+    check_number("record: scale", scale)
+    if scale == 0:
+        raise InputError("record: scale is 0; it must be a number other than 0")
     rows = _rows(path)
     if len(rows) < 2:
         raise InputError(f"{path}: {len(rows)} lines of numbers; a record has at least two ({FORM})")

@@ -18,11 +18,11 @@ from typing import Any, Generic, TypeVar
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_count, check_positive, known_options
 from dynsim.engine.world import Action
 from dynsim.judge.verdict import DynamicVerdict
 from dynsim.judge.verify import verify
-from dynsim.loads.load import Loads
+from dynsim.loads.load import Loads, as_actions
 from dynsim.settings import Settings
 
 T = TypeVar("T")
@@ -106,9 +106,11 @@ def verify_many(
     >>> [row.result.outcome.word for row in rows]
     ['stands', 'falls']
     """
-    designs = list(designs)
+    if isinstance(designs, Assembly):
+        raise InputError("designs: one assembly is given; verify_many takes a sequence of them, verify one")
+    designs, settings = list(designs), Settings.of(settings)
     names = [design.name for design in designs]
-    function = partial(with_options, partial(verify, settings=settings, loads=loads, actions=tuple(actions)))
+    function = partial(with_options, partial(verify, settings=settings, loads=loads, actions=as_actions(actions)))
     tasks = paired(designs, interfaces)
     return run_many(function, tasks, names=names, jobs=jobs, timeout=timeout, progress=progress)
 
@@ -209,8 +211,10 @@ def run_many(
     """
     names = [str(i) for i in range(len(arguments))] if names is None else list(names)
     jobs = min(jobs_checked(jobs), max(len(arguments), 1))
-    if timeout is not None and not timeout > 0:
-        raise InputError(f"timeout is {timeout!r}; it must be above 0")
+    if timeout is not None:
+        check_positive("timeout", timeout)
+    if len(names) != len(arguments):
+        raise InputError(f"names: there are {len(names)} for {len(arguments)} arguments")
     waiting: Waiting = queue.SimpleQueue()
     for index in (*range(len(arguments)), *[None] * jobs):
         waiting.put(index)
@@ -258,8 +262,7 @@ def jobs_checked(jobs: int | None) -> int:
     """
     if jobs is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if jobs < 1:
-        raise InputError(f"jobs is {jobs!r}; it must be at least 1")
+    check_count("jobs", jobs)
     return jobs
 
 

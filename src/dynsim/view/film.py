@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_number
 from blockstat.system.writing import check_directory, written_whole
 from blockstat.typing import Floats, Ints
 from blockstat.view.painter import posed, view_of, visible
@@ -82,6 +82,7 @@ def past_verdict(
     >>> verdict.outcome.word, round(float(film.times[-1] - verdict.run.times[-1]), 1)
     ('falls', 0.3)
     """
+    check_number("film: seconds", seconds)
     if not 0 < seconds <= LONGEST:
         raise InputError(f"film: {seconds!r} seconds; a positive number of at most {LONGEST:g} is needed")
     if verdict.settings is None:

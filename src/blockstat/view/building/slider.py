@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.analysis.verdict import Outcome
+from blockstat.errors import InputError
 from blockstat.typing import Floats
 from blockstat.view.building.steps import FALLS, HELD
 from blockstat.view.plot import STONE, SUPPORT
@@ -49,6 +50,8 @@ class StepSlider:
     """
 
     def __init__(self, server: viser.ViserServer, assembly: Assembly, found: PlanVerdict) -> None:
+        if not found.verdicts:
+            raise InputError("the plan has no steps to draw")
         self._assembly, self._found = assembly, found
         self._canvas = Canvas(server)
         self._canvas.recentre(assembly)

@@ -88,6 +88,8 @@ def plot_plan(
 
 def _chosen(found: PlanVerdict, frames: int) -> Ints:
     """The numbers of the steps to draw."""
+    if not found.verdicts:
+        raise InputError("the plan has no steps to draw")
     steps = np.linspace(0, len(found.verdicts) - 1, frames).round().astype(np.int64)
     fall = [] if found.first_fall is None else [found.first_fall]
     return np.unique(np.append(steps, fall).astype(np.int64))
