@@ -149,7 +149,7 @@ def least_lack(pair, pose, wrench, points):
     one /= np.linalg.norm(one, axis=1)[:, None]
     frame = np.stack([normal, one, np.cross(normal, one)], axis=1)
     matrix = polygons.columns(place, frame, pair.block[points], free, pair.centroid + pose.displacement, pair.size)
-    unit = float(np.linalg.norm(wrench[free, :3], axis=1).mean())
+    unit = asm.free_weight / len(free)
     load = wrench[free] / unit
     load[:, 3:] /= pair.size[free][:, None]
     inside = polygons.cones(independent.strengths(asm, faces).mu[points])
@@ -187,7 +187,8 @@ def check_capacity(found, load, *, loads=None, control=None, flow="coulomb", eve
             continue
         scale = POWER * (abs(least) + found.points[0].upper)
         together, gap = touching(pair, pose)
-        check_distances(pair, gap, touch=flow != "associated")
+        wrench = weight.wrench(pose) + dead.wrench(pose) + point.lower * live.wrench(pose)
+        check_distances(pair, gap, () if flow == "associated" else unbalanced(pair.asm, wrench))
         hinged, pinned = hinges_only(pair, pose, rate, together)
         if not kinds and (hinged or flow == "associated"):
             assert abs(point.upper - least) <= max(scale, 1e-4 * found.points[0].upper * (k == 0))
@@ -196,7 +197,6 @@ def check_capacity(found, load, *, loads=None, control=None, flow="coulomb", eve
                 continue
             check_open(pair, pose, point.opened)
             if k % every == 0:
-                wrench = weight.wrench(pose) + dead.wrench(pose) + point.lower * live.wrench(pose)
                 lack = least_lack(pair, pose, wrench, np.flatnonzero(pinned))
                 assert lack <= BALANCE, "no forces balance the blocks where they are"
         else:
@@ -215,12 +215,19 @@ def check_capacity(found, load, *, loads=None, control=None, flow="coulomb", eve
                 check_step(pair, before, after)
 
 
-def check_distances(pair, gap, *, touch=True):
-    """Raise AssertionError if a block penetrates another one or, unless sliding opens joints, touches none."""
+def unbalanced(asm, wrench):
+    """Free blocks whose loads do not balance by themselves: they cannot hang in the air."""
+    free = np.flatnonzero(~asm.support)
+    unit = asm.free_weight / len(free)
+    force, moment = (np.abs(wrench[free, part]).max(axis=1) for part in (slice(3), slice(3, 6)))
+    return free[(force > BALANCE * unit) | (moment > BALANCE * unit * asm.size[free])]
+
+
+def check_distances(pair, gap, held=()):
+    """Raise AssertionError if a block penetrates another one, or one of those that must be held touches none."""
     room = 10 * SHUT * pair.size.max()
     assert (gap.max(axis=0) >= -room).all(), "a block penetrates another one"
-    near = pair.block[gap.min(axis=0) <= room]
-    assert not touch or np.isin(np.flatnonzero(~pair.asm.support), near).all(), "a block touches nothing"
+    assert np.isin(held, pair.block[gap.min(axis=0) <= room]).all(), "a block touches nothing"
 
 
 def check_events(events, there, value):
@@ -302,7 +309,7 @@ def check_path(found, *, loads=None):
         check_pose(pair, pose)
         together, gap = touching(pair, pose, there * drive)
         if not stepped:
-            check_distances(pair, gap)
+            check_distances(pair, gap, np.flatnonzero(~pair.asm.support))
         widest, least = np.full(len(opening), -np.inf), np.full(len(opening), np.inf)
         np.maximum.at(widest, pair.joint, gap.max(axis=0))
         np.minimum.at(least, pair.joint, gap.min(axis=0))

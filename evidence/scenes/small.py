@@ -34,6 +34,14 @@ def prism(outline, depth: float, **options) -> Block:
     return Block(np.array(corners, dtype=float), faces, **options)
 
 
+def pitted(slab: float, thick: float, pit: float, deep: float, **options) -> Block:
+    """A square slab below z = 0 with a square pit, given by half their widths; less than 0 deep it is a pedestal."""
+    rings = ((-thick, slab), (0, slab), (0, pit), (-deep, pit))
+    corners = [(x, y, z) for z, r in rings for x, y in ((-r, -r), (r, -r), (r, r), (-r, r))]
+    sides = [[k + i, k + (i + 1) % 4, k + (i + 1) % 4 + 4, k + i + 4] for k in (0, 4, 8) for i in range(4)]
+    return Block(np.array(corners, dtype=float), [[3, 2, 1, 0], *sides, [12, 13, 14, 15]], **options)
+
+
 def assembly(blocks, **options) -> Assembly:
     return Assembly.from_blocks(blocks, **{"supports": [0], "density": 1.0, "gravity": (0, 0, -1)} | options)
 

@@ -30,11 +30,16 @@ def curve():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"tolerance": 0.0}, r"tolerance is 0\.0; it must be above 0 and at most 0\.1"),
-        ({"tolerance": 0.2}, r"tolerance is 0\.2; it must be above 0 and at most 0\.1"),
+        ({"tolerance": 0.0}, r"tolerance is 0\.0; it must be above 0"),
+        ({"tolerance": 0.2}, r"tolerance is 0\.2; it must be a number of at most 0\.1"),
+        ({"tolerance": True}, "tolerance is True; it must be above 0"),
         ({"tolerance": "fine"}, "tolerance is 'fine'; it must be above 0"),
         ({"steps": 2.5}, "steps is 2.5; it must be a whole number"),
         ({"displacement": "far"}, "displacement is 'far'; it must be above 0"),
+        ({"displacement": True}, "displacement is True; it must be above 0"),
+        ({"interfaces": 3}, "interfaces is 3; it must be what find_interfaces returns"),
+        ({"control": (None, (0, 0, 0))}, "control: None is neither a block's index nor its name"),
+        ({"control": np.array([1, 2])}, r"control is array\(\[1, 2\]\); it must be a block, a group"),
         ({"control": ("block",)}, r"control is \('block',\); it must be a block, a group, a block and a point of it"),
         ({"control": ("block", TOP, 1.0)}, "it must be a block, a group, a block and a point of it, or mean"),
         ({"control": ("block", (0.25, 0.5, 2.1))}, r"the point \[0.25, 0.5, 2.1\] is not on block \"block\""),
@@ -49,6 +54,15 @@ def curve():
 def test_bad_options_of_a_curve_are_named(options, words):
     with pytest.raises(InputError, match=words):
         capacity(block(), options.pop("load", ALONG), **options)
+
+
+@pytest.mark.parametrize("number", [np.float32, np.float64])
+def test_numbers_of_any_kind_are_options_of_a_curve(number):
+    asked = capacity(block(), ALONG, control="block", steps=2, displacement=number(0.125), tolerance=number(2**-10))
+    plain = capacity(block(), ALONG, control="block", steps=2, displacement=0.125, tolerance=2**-10)
+    assert asked.displacement[-1] == 0.125
+    np.testing.assert_array_equal(asked.lower, plain.lower)
+    assert capacity(block(), ALONG, control="block", steps=2, displacement=np.int64(1)).outcome.word == "zero"
 
 
 def test_joints_that_crush_are_refused():
@@ -215,6 +229,19 @@ def test_a_curve_of_joints_that_hold_by_tension_alone_ends_at_rest(monkeypatch, 
     assert curve.lower[-1] == pytest.approx(1.4 if by_steps else -0.2, rel=1e-6)
     with pytest.raises(InputError, match="as soon as the mechanism moves the multiplier drops"):
         nonlinear_check(curve, ALONG)
+
+
+@pytest.mark.parametrize("share", [0.001, 1.0, 20.0])
+def test_a_block_that_its_load_lifts_hangs_on_it(share):
+    """The multiplier times the load is the weight, and what hangs balances at any height."""
+    lifted = block()
+    force = share * lifted.free_weight
+    curve = capacity(lifted, [("block", TOP, (0, 0, force))], displacement=0.1)
+    assert curve.outcome.word == "reached"
+    np.testing.assert_allclose(curve.lower, 1 / share, rtol=1e-6)
+    assert (np.diff(curve.displacement) > 0).all()
+    assert curve.displacement[[0, -1]] == pytest.approx([0, 0.1])
+    np.testing.assert_allclose(curve.points[-1].pose.displacement[1], (0, 0, 0.1), atol=1e-9)
 
 
 def test_forces_on_supports_are_no_part_of_what_the_control_is_along():

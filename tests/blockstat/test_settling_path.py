@@ -169,6 +169,13 @@ def test_a_region_has_six_numbers(region):
         settle(portal(), {region: (0, 0, -0.01)})
 
 
+@pytest.mark.parametrize("movement", [(1,), "a", np.nan, True])
+def test_cracks_are_asked_for_at_a_number(movement):
+    found = settle_to_collapse(portal(), SINKS, displacement=0.05, steps=3)
+    with pytest.raises(InputError, match=r"displacement is .*; it must be a finite number"):
+        found.cracks(movement)
+
+
 def test_progress_is_told_movement_and_reaction_of_each_point():
     told = []
     found = settle_to_collapse(portal(), SINKS, displacement=0.05, steps=3, progress=lambda *now: told.append(now))

@@ -13,7 +13,7 @@ from dynsim.cli.commands import app
 from dynsim.judge.closing import closed_scene
 from evidence.scenes.edges import two_ridges
 from evidence.scenes.sized import vault
-from evidence.scenes.small import assembly, box
+from evidence.scenes.small import assembly, box, pitted, prism
 
 GROUND = box((-5, -5, -1), (5, 5, 0), name="ground")
 
@@ -238,3 +238,31 @@ def test_a_vault_with_corners_moved_by_thirty_millimetres_gets_a_verdict():
     found = verify(shaken_vault(0.03, 0))
     assert any("cut back by up to" in text for text in found.warnings)
     assert found.settling < found.brick_threshold
+
+
+@pytest.mark.parametrize(("sunk", "into"), [(0.01, -0.1), (0.01, 0.01)])
+def test_what_is_sunk_into_a_support_with_a_kerb_is_cut_by_the_faces_there(sunk, into):
+    # A kerb of 50 mm at x = 1: its corner is in no face of the support's hull. A cube before it, and one that runs
+    # into it, lose 10 mm at each face that they are sunk into.
+    outline = [(-3, -1), (3, -1), (3, 0), (1.1, 0), (1.1, 0.05), (1, 0.05), (1, 0), (-3, 0)]
+    cube = box((0.4 + into, 0, -sunk), (1.0 + into, 0.6, 0.6 - sunk), name="cube")
+    given = Assembly.from_blocks([prism(outline, 3.0, name="ground"), cube], supports=["ground"])
+    scene = closed_scene(given, find_interfaces(given))
+    assert (scene.trimmed, scene.cut) == (1, pytest.approx(sunk))
+    low, high = (bound[1] for bound in scene.assembly.bounds)
+    assert low == pytest.approx([0.4 + into, 0, 0])
+    assert high == pytest.approx([min(1.0 + into, 1.0), 0.6, 0.6 - sunk])
+    found = verify(given)
+    assert found.outcome.word == "stands"
+    assert found.max_displacement < 1e-3
+    assert any("cut back by up to 10 mm" in text for text in found.warnings)
+
+
+@pytest.mark.parametrize("x", [-0.5, -0.11, -0.099, 0.0])
+def test_a_block_beside_a_pedestal_of_its_support_loses_nothing_at_its_sides(x):
+    # The sides of the pedestal, 0.2 m wide, go on as planes below the cube, and are no faces of the support there.
+    ground = pitted(3.0, 1.0, 0.1, -0.05, name="ground")
+    given = Assembly.from_blocks([ground, box((x, 0.3, -0.01), (x + 0.6, 0.9, 0.59), name="cube")], supports=["ground"])
+    scene = closed_scene(given, find_interfaces(given))
+    assert scene.cut == pytest.approx(0.01)
+    assert scene.assembly.volume[1] == pytest.approx(0.6 * 0.6 * 0.59)

@@ -274,6 +274,8 @@ def pose(
     assembly = assembly.with_(**changes) if changes else assembly
     if not assembly.support.any():
         raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
+    if not isinstance(interfaces, Interfaces | None):
+        raise InputError(f"interfaces is {interfaces!r}; it must be what find_interfaces returns")
     if interfaces is None or not interfaces.moved:
         check_anchors(assembly)
     load = weight(assembly) + checked_loads(assembly, loads) + given_wrenches(assembly)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from blockstat.assembly import Assembly, Block
+from blockstat.contact.tolerance import GAP, allowed_gap
 from blockstat.errors import InputError
+from blockstat.geometry.convex_pieces import convex_pieces
+from blockstat.geometry.inscribed_ball import inscribed_balls
+from blockstat.geometry.triangulation import triangulate
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -15,6 +20,8 @@ if TYPE_CHECKING:
 
 #: A block may lose this part of its extent across the cut; with more gone, it is another block.
 MOST = 0.25
+#: Common parts thinner than this share of their extent are rounding.
+ROUNDING = 1e-9
 #: A block whose convex hull is larger by no more than this share is taken for its hull: bent faces, no notch.
 NOTCH = 0.05
 
@@ -23,7 +30,8 @@ def trim_overlaps(assembly: Assembly, pairs: Ints) -> tuple[Assembly, Floats]:
     """Cut pairs of overlapping blocks by the plane halfway through the overlap.
 
     The plane is parallel to that face of one of the two from which the overlap is least deep: the normal of the joint.
-    Supports keep their shape, and the block on them loses all of the overlap. Blocks that are cut become convex.
+    Supports keep their shape, and the block on them loses all of the overlap: up to a plane for each
+    convex piece of the support that reaches into it, the deepest first. Blocks that are cut become convex.
 
     Parameters
     ----------
@@ -55,17 +63,26 @@ def trim_overlaps(assembly: Assembly, pairs: Ints) -> tuple[Assembly, Floats]:
     """
     solids = {int(block): _hull(assembly.block_vertices(block)) for block in np.unique(pairs)}
     cut = np.zeros(assembly.n_blocks)
+    gap = allowed_gap(assembly, GAP)
     for a, b in pairs:
+        if assembly.support[[a, b]].any():
+            support, block = map(int, (a, b) if assembly.support[a] else (b, a))
+            within = float(gap[[a, b]].min() / 2)
+            pieces = _support_pieces(assembly, support, solids[block], within)
+            for _ in pieces:  # each cut parts the block from one of them for good
+                normal, depth, offset = max((_way_out(own, solids[block], within) for own in pieces), key=itemgetter(1))
+                if depth <= 0:
+                    break
+                solids[block] = _behind(assembly, (a, b), block, solids[block], normal, offset)
+                cut[block] = max(cut[block], depth)
+            continue
         normal, depth, face = _least_overlap(solids[a], solids[b])
         if depth <= 0:  # an earlier cut parted them
             continue
-        half = [0.0 if assembly.support[block] else 0.5 for block in (a, b)]
-        shares = [own / sum(half) for own in half]
-        for block, way, share in ((a, 1.0, shares[0]), (b, -1.0, shares[1])):
-            if share:
-                offset = way * (face - shares[0] * depth)
-                solids[int(block)] = _behind(assembly, (a, b), int(block), solids[int(block)], way * normal, offset)
-                cut[block] = max(cut[block], share * depth)
+        for block, way in ((int(a), 1.0), (int(b), -1.0)):
+            offset = way * (face - depth / 2)
+            solids[block] = _behind(assembly, (a, b), block, solids[block], way * normal, offset)
+            cut[block] = max(cut[block], depth / 2)
     return _replaced(assembly, {block: solids[block] for block in np.flatnonzero(cut).tolist()}), cut
 
 
@@ -73,6 +90,36 @@ def _hull(points: Floats) -> ConvexHull:
     from scipy.spatial import ConvexHull
 
     return ConvexHull(points)
+
+
+def _support_pieces(assembly: Assembly, support: int, solid: ConvexHull, tolerance: float) -> list[Floats]:
+    """Planes of the convex pieces of a support near a block."""
+    vertices = assembly.block_vertices(support)
+    surface = vertices[triangulate(vertices, assembly.faces_of(support))]
+    corners = solid.points[solid.vertices]
+    return convex_pieces([surface], corners.min(axis=0)[None], corners.max(axis=0)[None], np.array([tolerance]))[0]
+
+
+def _way_out(piece: Floats, solid: ConvexHull, within: float) -> tuple[Floats, float, float]:
+    """The plane of the shallowest cut that parts a block from a piece of a support: its normal, the depth, its offset.
+
+    Only what lies deeper in the block than `within` counts, half of what a joint may overlap: the ball of a deeper
+    overlap has its middle there. The depth is 0 where nothing does.
+    """
+    from scipy.spatial import HalfspaceIntersection
+
+    own = solid.equations[:, :3]
+    normals = np.concatenate([own, piece[:, :3]])
+    reach = np.concatenate([-solid.equations[:, 3] - within, piece[:, 3]])
+    radius, centre = inscribed_balls(normals, reach, np.array([0, len(reach)]))
+    if radius[0] <= ROUNDING * float(np.abs(reach - normals @ centre[0]).max()):
+        return np.zeros(3), 0.0, 0.0
+    common = HalfspaceIntersection(np.column_stack([normals, -reach]), centre[0]).intersections
+    ways = np.concatenate([own, -piece[:, :3]])
+    offset = (common @ ways.T).min(axis=0)
+    depth = (solid.points[solid.vertices] @ ways.T).max(axis=0) - offset
+    least = int(depth.argmin())
+    return ways[least], float(depth[least]), float(offset[least])
 
 
 def _least_overlap(one: ConvexHull, two: ConvexHull) -> tuple[Floats, float, float]:

@@ -21,7 +21,7 @@ from blockstat.large_displacement.displaced.local_origin import control_about, s
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
 from blockstat.large_displacement.displaced.structure import why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
-from blockstat.large_displacement.finite_steps.whole_path import check_path_options, follow_path, warnings_on_steps
+from blockstat.large_displacement.finite_steps.whole_path import follow_path, path_options, warnings_on_steps
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
@@ -130,7 +130,7 @@ def capacity(
     began = process_time()
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
-    check_path_options(steps=steps, tolerance=tolerance, displacement=displacement)
+    tolerance, displacement = path_options(steps=steps, tolerance=tolerance, displacement=displacement)
     assembly = assembly if friction is None else assembly.with_(friction=friction)
     start = rest_pose(assembly)
     dead, live = read_loads(assembly, loads), read_loads(assembly, load, live=True)

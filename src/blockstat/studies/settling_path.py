@@ -10,7 +10,7 @@ import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_number, known_options
 from blockstat.large_displacement.displaced.contact_pairs import gaps
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status, tie_status
 from blockstat.large_displacement.displaced.loads import moved_with_centroids, read_loads
@@ -18,7 +18,7 @@ from blockstat.large_displacement.displaced.local_origin import structure_about_
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
 from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
-from blockstat.large_displacement.finite_steps.whole_path import check_path_options, follow_path, warnings_on_steps
+from blockstat.large_displacement.finite_steps.whole_path import follow_path, path_options, warnings_on_steps
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
@@ -85,9 +85,15 @@ class SettlementPath(Result):
         -------
         list of ((str, str), float)
             Blocks and largest opening [m].
+
+        Raises
+        ------
+        InputError
+            For a movement that is no number.
         """
         last = len(self.displacement) - 1
         if displacement is not None:
+            check_number("displacement", displacement)
             last = max(int(np.searchsorted(self.displacement, displacement, side="right")) - 1, 0)
         width, names, pair = self.openings[last], self.first.assembly.names, self.first.interfaces.pair
         order = [k for k in np.argsort(-width, kind="stable") if width[k] > self._rounding]
@@ -211,7 +217,7 @@ def settle_to_collapse(
     >>> print(found.outcome.word, f"{found.collapse:.3f}")
     collapse 0.109
     """
-    check_path_options(steps=steps, tolerance=tolerance, displacement=displacement)
+    tolerance, displacement = path_options(steps=steps, tolerance=tolerance, displacement=displacement)
     assembly = assembly if friction is None else assembly.with_(friction=friction)
     dead, start = read_loads(assembly, loads), rest_pose(assembly)
     at_rest = dead.wrenches(assembly)

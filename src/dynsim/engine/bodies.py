@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.contact.tolerance import GAP, allowed_gap
 from blockstat.errors import InputError
+from blockstat.geometry.triangulation import triangulate
 from blockstat.typing import Floats, Ints
 from dynsim.engine.decompose import FLUSH, convex_pieces
+from dynsim.engine.filling import fills
 
-#: A block whose hull is larger by no more than this fraction is convex.
-CONVEX = 1e-6
 #: Right angles and equal edges to this fraction of the block's size make a box.
 SQUARE = 1e-7
 
@@ -32,6 +34,7 @@ class Shape:
     half_extents: Floats | None  #: shape (3,) for a box, else None
     pieces: tuple[Floats, ...]  #: vertices of the convex pieces, shape (k, 3) each
     inertia: Floats  #: shape (3,), principal moments [kg m2]
+    filled: bool = False  #: whether the pieces fill recesses deeper than statics bridge in a joint
 
 
 def shapes(assembly: Assembly, *, exact: bool = False) -> list[Shape]:
@@ -50,7 +53,28 @@ def shapes(assembly: Assembly, *, exact: bool = False) -> list[Shape]:
     list of Shape
         One a block.
     """
-    return [_shape(assembly, block, exact) for block in range(assembly.n_blocks)]
+    free = ~assembly.support
+    bridged = allowed_gap(assembly, GAP)
+    depth = np.minimum(bridged, bridged[free].min(initial=np.inf))
+    return [_shape(assembly, block, float(depth[block]), exact) for block in range(assembly.n_blocks)]
+
+
+def filled_blocks(assembly: Assembly, found: Sequence[Shape]) -> tuple[str, ...]:
+    """Return the names of blocks whose pieces fill recesses deeper than statics bridge in a joint.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    found : sequence of Shape
+        Their shapes.
+
+    Returns
+    -------
+    tuple of str
+        What stands over such a recess would stand on the filling.
+    """
+    return tuple(name for name, shape in zip(assembly.names, found, strict=True) if shape.filled)
 
 
 def likeness(shape: Shape, step: float) -> bytes:
@@ -72,7 +96,7 @@ def likeness(shape: Shape, step: float) -> bytes:
     return counts.tobytes() + np.rint(np.concatenate(shape.pieces) / step).astype(np.int64).tobytes()
 
 
-def _shape(assembly: Assembly, block: int, exact: bool) -> Shape:
+def _shape(assembly: Assembly, block: int, depth: float, exact: bool) -> Shape:
     local = assembly.block_vertices(block) - assembly.centroid[block]
     faces = assembly.faces_of(block)
     box = _as_box(local, faces, assembly.size[block])
@@ -83,11 +107,12 @@ def _shape(assembly: Assembly, block: int, exact: bool) -> Shape:
     moments, rotation = _axes(assembly.inertia[block], bool(assembly.support[block]))
     local = local @ rotation
     hull = _hull(local)
-    excess = hull.volume / assembly.volume[block] - 1.0
-    if excess <= CONVEX:
+    if not fills(local[triangulate(local, faces)], [hull], min(FLUSH * assembly.size[block], depth)):
         return Shape(rotation, None, (local[hull.vertices],), moments)
     volume = float(assembly.volume[block])
-    return Shape(rotation, None, _pieces(local, faces, assembly.size[block], volume, exact=exact), moments)
+    pieces = _pieces(local, faces, float(assembly.size[block]), depth, volume, exact=exact)
+    filled = fills(local[triangulate(local, faces)], [_hull(piece) for piece in pieces], depth)
+    return Shape(rotation, None, pieces, moments, filled)
 
 
 def _axes(inertia: Floats, fixed: bool) -> tuple[Floats, Floats]:
@@ -132,19 +157,17 @@ def _hull(points: Floats):
 
 
 def _pieces(
-    local: Floats, faces: Sequence[np.ndarray], size: float, volume: float, *, exact: bool
+    local: Floats, faces: Sequence[np.ndarray], size: float, depth: float, volume: float, *, exact: bool
 ) -> tuple[Floats, ...]:
     """Convex pieces of a concave block: exact cuts, or CoACD (Wei et al. 2022) where those fail."""
-    from blockstat.geometry.triangulation import triangulate
-
-    if exact and (found := convex_pieces(_split_alike(local, faces, size), size, exact=True)) is not None:
+    if exact and (found := convex_pieces(_split_alike(local, faces, size), size, depth, exact=True)) is not None:
         return tuple(found)
     triangles = triangulate(local, faces)
     surfaces = [local[triangles], _split_alike(local, faces, size)]
     if abs(_volume(surfaces[0]) / volume - 1.0) > BENT:
         surfaces.reverse()
-    for surface in surfaces:
-        if (cut := convex_pieces(surface, size)) is not None:
+    for most, surface in itertools.product((depth, np.inf), surfaces):
+        if (cut := convex_pieces(surface, size, most)) is not None:
             return tuple(cut)
     try:
         import coacd
@@ -169,8 +192,6 @@ def _split_alike(local: Floats, faces: Sequence[np.ndarray], size: float) -> Flo
     A warped face is split about the mean of its corners, as for the volume: both blocks at a joint have the same
     triangles then, whatever their frames.
     """
-    from blockstat.geometry.triangulation import triangulate
-
     found = []
     for face in faces:
         corners = local[face]

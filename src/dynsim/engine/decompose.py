@@ -2,7 +2,9 @@
 
 General decomposers (CoACD) remesh: a groin voussoir becomes 38 pieces whose corners are a thousandth of the
 block off, and such blocks wedge where they should touch. Masonry blocks have a few reflex edges, and a plane
-through a reflex edge removes it, so cutting again and again ends quickly and moves no face.
+through a reflex edge removes it, so cutting again and again ends quickly and moves no face. Cuts are left open, and
+where one goes round a hole its parts share no corner. So pieces are tried against the block, and a block of which they
+would fill a recess is cut along the planes of its faces (`dynsim.engine.filling`).
 
 A block with warped faces comes apart at its own corners, which no plane hits exactly. Hulls of such parts stand out of
 its hollow faces, blocks wedge or lie loose, and sound vaults fall. Where a point inside sees all faces, pieces that
@@ -22,13 +24,14 @@ import numpy as np
 
 from blockstat.geometry.components import connected_components
 from blockstat.typing import Floats, Ints
+from dynsim.engine.filling import fills, part_above, pieces_between_planes
 
 if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
 
-#: What is tried in turn: a reflex edge shallower than the first figure, relative to the block's size, is a warped
-#: face and the hull stands for it; corners as close to a cutting plane as the second lie on it; pieces whose total
-#: volume is off by more than the third have failed. Cuts of planar faces are exact.
+#: What is tried in turn, unless the pieces fill a deep recess (`fills`): a reflex edge shallower than the first figure,
+#: relative to the block's size, is a warped face and the hull stands for it; corners as close to a cutting plane as the
+#: second lie on it; pieces whose total volume is off by more than the third have failed. Cuts of flat faces are exact.
 ATTEMPTS = (
     (5e-3, 1e-9, 1e-4),
     (5e-3, 5e-3, 0.02),
@@ -40,6 +43,8 @@ ATTEMPTS = (
 #: The same where faces must keep their places: these move them by a thousandth of the block, 0.3 mm on a stone of
 #: 0.3 m.
 FINE_CUTS = ((1e-3, 1e-3, 1e-2), (1e-3, 1e-9, 1e-4))
+#: Pieces between the planes of the faces fill nothing; they may lack this share of the volume.
+PARTITION = 0.02
 #: Corners this close to a plane lie on it, relative to the block's size: rounding of coordinates.
 FLUSH = 1e-7
 #: How far inside of all faces the point must lie that sees them, relative to the block's size: else pieces are thin.
@@ -48,7 +53,7 @@ INSIDE = 0.01
 MOST_PIECES = 40
 
 
-def convex_pieces(surface: Floats, size: float, *, exact: bool = False) -> list[Floats] | None:
+def convex_pieces(surface: Floats, size: float, depth: float, *, exact: bool = False) -> list[Floats] | None:
     """Cut a closed surface into convex pieces.
 
     Parameters
@@ -57,6 +62,8 @@ def convex_pieces(surface: Floats, size: float, *, exact: bool = False) -> list[
         Corners of its triangles [m], counter-clockwise seen from outside.
     size : float
         Length that tolerances refer to [m].
+    depth : float
+        Recesses up to this depth may be filled [m].
     exact : bool
         Keep warped faces in their places, by more pieces, where the block allows it.
 
@@ -67,15 +74,26 @@ def convex_pieces(surface: Floats, size: float, *, exact: bool = False) -> list[
     """
     volume = float(np.einsum("ij,ij->i", surface[:, 0], np.cross(surface[:, 1], surface[:, 2])).sum()) / 6
 
+    def good(pieces: Sequence[ConvexHull], error: float) -> bool:
+        alike = abs(sum(hull.volume for hull in pieces) / volume - 1.0) <= error
+        return alike and not fills(surface, pieces, depth)
+
     def cut(attempts: Sequence[tuple[float, float, float]]) -> list[Floats] | None:
         for shallow, near, error in attempts:
             pieces = _cut_up(surface, shallow * size, near * size, size)
-            if pieces is not None and abs(sum(hull.volume for hull in pieces) / volume - 1.0) <= error:
-                return [hull.points[hull.vertices] for hull in pieces]
+            if pieces is not None and good(pieces, error):
+                return _corners(pieces)
         return None
 
     kept = cut(FINE_CUTS) or star_pieces(surface, size) if exact else None
-    return kept or cut(ATTEMPTS)
+    if found := kept or cut(ATTEMPTS):
+        return found
+    pieces = pieces_between_planes(surface, depth, FLUSH * size) if depth < size else []
+    return _corners(pieces) if 0 < len(pieces) <= MOST_PIECES and good(pieces, PARTITION) else None
+
+
+def _corners(pieces: Sequence[ConvexHull]) -> list[Floats]:
+    return [hull.points[hull.vertices] for hull in pieces]
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,25 +265,7 @@ def _best_cut(soup: Floats, start: Floats, end: Floats, one: Floats, two: Floats
     cuts = [int(((h > near).any(axis=1) & (h < -near).any(axis=1)).sum()) for h in heights]
     height = heights[int(np.argmin(cuts))]
     height = np.where(np.abs(height) <= near, 0.0, height)
-    return [_above(soup, height), _above(soup, -height)]
-
-
-def _above(soup: Floats, height: Floats) -> Floats:
-    """Parts of triangles where height >= 0, triangulated again."""
-    parts = [soup[(height >= 0).all(axis=1) & (height > 0).any(axis=1)]]
-    for triangle, h in zip(soup, height, strict=True):
-        if not (h.min() < 0 < h.max()):
-            continue
-        polygon = []
-        for k in range(3):
-            m = (k + 1) % 3
-            if h[k] >= 0:
-                polygon.append(triangle[k])
-            if h[k] * h[m] < 0:
-                polygon.append(triangle[k] + h[k] / (h[k] - h[m]) * (triangle[m] - triangle[k]))
-        fan = [[polygon[0], polygon[i], polygon[i + 1]] for i in range(1, len(polygon) - 1)]
-        parts.append(np.array(fan))
-    return np.concatenate(parts)
+    return [part_above(soup, height), part_above(soup, -height)]
 
 
 def _connected(soup: Floats, size: float) -> list[Floats]:

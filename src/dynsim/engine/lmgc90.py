@@ -32,7 +32,7 @@ from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
-from dynsim.engine.bodies import Shape, outward_hull, shapes
+from dynsim.engine.bodies import Shape, filled_blocks, outward_hull, shapes
 from dynsim.engine.friction import STICKY, has_own_friction
 from dynsim.engine.guards import check_assembly, check_places
 from dynsim.engine.lmgc90_process import Scene, State
@@ -160,7 +160,9 @@ class Lmgc90World:
 
     def _scene(self) -> Scene:
         assembly = self.assembly
-        pieces = tuple(self._pieces(shape) for shape in shapes(assembly, exact=True))
+        found = shapes(assembly, exact=True)
+        self.filled = filled_blocks(assembly, found)  #: blocks whose shapes fill recesses of theirs
+        pieces = tuple(self._pieces(shape) for shape in found)
         _check_corners(assembly, pieces)
         volume = np.array([sum(outward_hull(piece)[1] for piece in own) for own in pieces])
         return Scene(

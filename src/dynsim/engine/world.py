@@ -21,7 +21,7 @@ from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
-from dynsim.engine.bodies import Shape, hull_obj, likeness, shapes
+from dynsim.engine.bodies import Shape, filled_blocks, hull_obj, likeness, shapes
 from dynsim.engine.bullet import ENGINE, import_bullet, matrices, quaternion
 from dynsim.engine.friction import block_friction, common_friction, has_own_friction
 from dynsim.engine.guards import (
@@ -130,8 +130,7 @@ class World:
         """
         check_assembly(assembly)
         free = ~assembly.support
-        self.assembly = assembly
-        self.settings = settings
+        self.assembly, self.settings = assembly, settings
         if interfaces is not None:
             self.interfaces = interfaces
         if may_have_uneven_masses(assembly, settings.iterations):
@@ -146,6 +145,7 @@ class World:
         self.actions = tuple(actions)
         self._stepwise = any(action.each_step for action in self.actions)
         self._shapes = shapes(assembly)
+        self.filled = filled_blocks(assembly, self._shapes)  #: blocks whose shapes fill recesses of theirs
         check_rotations(assembly, np.stack([shape.rotation for shape in self._shapes]))
         own = has_own_friction(assembly, interfaces)
         self._friction = block_friction(assembly, self.interfaces) if own else common_friction(assembly)

@@ -192,7 +192,9 @@ def sequence(
         run = site.run()
     worst = next((s.outcome for s in steps if s.outcome is not DynamicOutcome.STANDS), DynamicOutcome.STANDS)
     run = replace(run, process_seconds=process_time() - start)
-    return DynamicSequence(worst, plan, steps, site.threshold, run, tuple(scene.warnings), settings.resolution)
+    return DynamicSequence(
+        worst, plan, steps, site.threshold, run, (*scene.warnings, *run.warnings), settings.resolution
+    )
 
 
 def _props(assembly: Assembly, plan: Plan) -> PropForces:
@@ -316,5 +318,5 @@ class _Site:
         return Run(
             self._assembly, np.array(film.times), np.array(film.displacement), np.array(film.rotation), 0.0, 0.0,
             np.zeros(frames), np.full(n, np.inf), Contacts(*self._world.contact_forces()), self._settings.time_step,
-            float(self._world.time / self._stretch), placed=self._placed,
+            float(self._world.time / self._stretch), placed=self._placed, filled=self._world.filled,
         )  # fmt: skip

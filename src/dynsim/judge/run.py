@@ -86,6 +86,18 @@ class Run:
     engine: str = "bullet"  #: what simulated it
     #: time at which each block was put in, shape (n_blocks,) [s]; -inf before the start; None: all were
     placed: Floats | None = None
+    filled: tuple[str, ...] = ()  #: blocks whose shapes fill recesses deeper than statics bridge in a joint
+
+    @property
+    def warnings(self) -> list[str]:
+        """What a verdict must say about the shapes."""
+        if not self.filled:
+            return []
+        others = f" and {len(self.filled) - 1} others" if len(self.filled) > 1 else ""
+        return [
+            f'no good cut into convex pieces was found of "{self.filled[0]}"{others}: pieces fill recesses deeper than '
+            "a joint may be open, and what stands there may only stand on the filling"
+        ]
 
     @property
     def since_release(self) -> Floats:
@@ -211,7 +223,7 @@ def simulate(
     return Run(
         assembly, np.array(times), np.array(displacement), np.array(rotation), overlap, spent,
         np.array(kinetic), removed, contacts, settings.time_step, float(world.time / stretch),
-        engine,
+        engine, filled=world.filled,
     )  # fmt: skip
 
 

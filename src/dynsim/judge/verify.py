@@ -329,7 +329,7 @@ class _Evaluator:
 
 
 def _warnings(run: Run, settling: float, brick: float) -> list[str]:
-    warnings = []
+    warnings = run.warnings
     if run.initial_overlap > 0.1 * brick:
         warnings.append(
             f"shapes overlap by up to {1e3 * run.initial_overlap:.2g} mm before the first step; "

@@ -156,10 +156,10 @@ def read_control(limit: LimitLoad, live: PlacedForces, given: Any) -> Control:
         return _oriented(limit, _corner_that_moves_most(limit, along))
     if isinstance(given, (tuple, list)):
         return _oriented(limit, _point_of_block(assembly, given, along))
-    if given == MEAN and MEAN not in assembly.names:
-        return _oriented(limit, _conjugate(assembly, live, "mean of all displacements weighted by the load"))
     if not isinstance(given, (str, int, np.integer)) or isinstance(given, bool):
         raise InputError(f"control is {given!r}; it must be a block, a group, a block and a point of it, or {MEAN}")
+    if given == MEAN and MEAN not in assembly.names:
+        return _oriented(limit, _conjugate(assembly, live, "mean of all displacements weighted by the load"))
     return _oriented(limit, _centroid(assembly, given, along))
 
 

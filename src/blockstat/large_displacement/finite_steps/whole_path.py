@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
-from blockstat.errors import InputError, check_count
+from blockstat.errors import check_count, check_number, check_positive
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
@@ -33,6 +33,8 @@ IMPLICIT_ABOVE = STRUCTURED // 10
 #: The longest implicit step, relative to the median size of the blocks. Chosen: a facade as wide as it is high then
 #: takes about as many steps as are asked for.
 LONGEST_IMPLICIT_STEP = 0.15
+#: The largest tolerance of a path. Chosen: a curve that is wrong by more than a tenth is none.
+LARGEST_TOLERANCE = 0.1
 
 
 def follow_path(
@@ -99,13 +101,20 @@ def _step_follower(
     return StepFollower(structure, follower.end, step, longest, change, follower.tolerance)
 
 
-def check_path_options(*, steps: Any, tolerance: Any, displacement: Any) -> None:
-    """Refuse options of a path that cannot be followed.
+def path_options(*, steps: Any, tolerance: Any, displacement: Any) -> tuple[float, float | None]:
+    """Return options of a path as numbers.
 
     Parameters
     ----------
     steps, tolerance, displacement
         As in `blockstat.capacity`.
+
+    Returns
+    -------
+    tolerance : float
+        The tolerance.
+    displacement : float or None
+        Where to stop [m].
 
     Raises
     ------
@@ -113,10 +122,11 @@ def check_path_options(*, steps: Any, tolerance: Any, displacement: Any) -> None
         That names the option.
     """
     check_count("steps", steps)
-    if not (isinstance(tolerance, (int, float)) and 0 < tolerance <= 0.1):
-        raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1")
-    if displacement is not None and not (isinstance(displacement, (int, float)) and 0 < displacement < np.inf):
-        raise InputError(f"displacement is {displacement!r}; it must be above 0")
+    check_positive("tolerance", tolerance)
+    check_number("tolerance", tolerance, most=LARGEST_TOLERANCE)
+    if displacement is not None:
+        check_positive("displacement", displacement)
+    return float(tolerance), None if displacement is None else float(displacement)
 
 
 def warnings_on_steps(states: Sequence[PathState], assembly: Assembly) -> list[str]:

@@ -8,8 +8,10 @@ import numpy as np
 
 from blockstat.analysis.problem import Problem
 from blockstat.certificate import check as certificate
+from blockstat.geometry.components import connected_components
 from blockstat.large_displacement.displaced.structure import Configuration
 from blockstat.program.penalty import PenaltyProgram
+from blockstat.program.ties import tied_pairs
 from blockstat.solve.penalty import solve_margin
 from blockstat.typing import Floats
 
@@ -81,6 +83,36 @@ def floating_blocks(problem: Problem) -> EquilibriumForces:
     return EquilibriumForces(np.inf, False, 0.0, none, tuple(problem.floating.tolist()), problem, np.empty((0, 3)))
 
 
+def unbalanced(problem: Problem) -> float:
+    """Return how far the loads on blocks that nothing holds are from balancing each other.
+
+    Parameters
+    ----------
+    problem
+        The equilibrium problem.
+
+    Returns
+    -------
+    float
+        The largest force, or moment over the mean size of the free blocks, on a group of blocks that touch each other
+        [mean weights of the free blocks]; 0 where all blocks are held.
+    """
+    if not len(problem.floating):
+        return 0.0
+    assembly, load = problem.assembly, problem.load
+    free = ~assembly.support
+    unit, length = assembly.free_weight / free.sum(), float(assembly.size[free].mean())
+    _, group = connected_components(assembly.n_blocks, np.concatenate([problem.interfaces.pair, tied_pairs(assembly)]))
+    most = 0.0
+    for label in np.unique(group[problem.floating]):
+        own = group == label
+        arm = assembly.centroid[own] - assembly.centroid[own].mean(axis=0)
+        moment = (load[own, 3:] + np.cross(arm, load[own, :3])).sum(axis=0)
+        force = load[own, :3].sum(axis=0)
+        most = max(most, float(np.linalg.norm(force)), float(np.linalg.norm(moment)) / length)
+    return most / unit
+
+
 def equilibrium_forces(configuration: Configuration, multiplier: float) -> EquilibriumForces:
     """Find forces in equilibrium with the dead load and a multiple of the live load.
 
@@ -98,8 +130,11 @@ def equilibrium_forces(configuration: Configuration, multiplier: float) -> Equil
     """
     problem = configuration.problem(multiplier)
     program = problem.program
-    if program is None or len(problem.floating):
+    if unbalanced(problem) > ADHESION_TOLERANCE:
         return floating_blocks(problem)
+    if program is None:
+        none = np.zeros((problem.assembly.n_blocks, 6))
+        return EquilibriumForces(0.0, True, 0.0, none, (), problem, np.empty((0, 3)))
     answer = solve_margin(program, solver=configuration.structure.solver)
     adhesion = np.inf if answer.status.is_infeasible else least_adhesion(program, answer.force)
     force, proven = checked(program, answer.force, settles=adhesion <= ADHESION_TOLERANCE)

@@ -1,0 +1,117 @@
+"""Whether convex pieces fill recesses of their block, and pieces that fill none: its parts between its own planes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.geometry.convex_pieces import contains
+from blockstat.geometry.convex_pieces import convex_pieces as between_planes
+from blockstat.geometry.inscribed_ball import inscribed_balls
+from blockstat.typing import Floats
+
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull
+
+
+def fills(surface: Floats, pieces: Sequence[ConvexHull], depth: float) -> bool:
+    """Return whether convex pieces fill a recess of a block, or a hollow in it, deeper than so much.
+
+    Parameters
+    ----------
+    surface : array of float, shape (k, 3, 3)
+        Corners of the triangles of the block's closed surface [m], counter-clockwise seen from outside.
+    pieces : sequence of ConvexHull
+        The pieces.
+    depth : float
+        What may be filled [m].
+
+    Returns
+    -------
+    bool
+        Whether a point deeper than that below the faces of a piece lies outside the block.
+
+    Notes
+    -----
+    The points of a piece deeper than `depth` below its faces are a convex set, the core. A core that the surface does
+    not reach lies wholly inside or wholly outside the block, so one point of it tells.
+    """
+    return any(_fills(surface, piece.equations, depth) for piece in pieces)
+
+
+def _fills(surface: Floats, planes: Floats, depth: float) -> bool:
+    radius, centre = inscribed_balls(planes[:, :3], -planes[:, 3], np.array([0, len(planes)]))
+    if radius[0] <= depth:
+        return False
+    # Triangles with all corners in front of one face of the core stay out of it.
+    below = -(surface @ planes[:, :3].T + planes[:, 3]) - depth
+    left = surface[(below.max(axis=1) > 0).all(axis=1)]
+    for plane in planes:
+        if not len(left):
+            break
+        left = part_above(left, -(left @ plane[:3] + plane[3]) - depth)
+    return bool(len(left)) or not contains(surface, centre[0])
+
+
+def part_above(soup: Floats, height: Floats) -> Floats:
+    """Return the parts of triangles where a height is not negative, triangulated again.
+
+    Parameters
+    ----------
+    soup : array of float, shape (k, 3, 3)
+        Corners of the triangles [m].
+    height : array of float, shape (k, 3)
+        Height of each corner [m].
+
+    Returns
+    -------
+    array of float, shape (m, 3, 3)
+        Corners of the parts [m]; triangles at height 0 are left out.
+    """
+    parts = [soup[(height >= 0).all(axis=1) & (height > 0).any(axis=1)]]
+    crossed = (height.min(axis=1) < 0) & (height.max(axis=1) > 0)
+    for triangle, h in zip(soup[crossed], height[crossed], strict=True):
+        polygon = []
+        for k in range(3):
+            m = (k + 1) % 3
+            if h[k] >= 0:
+                polygon.append(triangle[k])
+            if h[k] * h[m] < 0:
+                polygon.append(triangle[k] + h[k] / (h[k] - h[m]) * (triangle[m] - triangle[k]))
+        fan = [[polygon[0], polygon[i], polygon[i + 1]] for i in range(1, len(polygon) - 1)]
+        parts.append(np.array(fan))
+    return np.concatenate(parts)
+
+
+def pieces_between_planes(surface: Floats, least: float, thin: float) -> list[ConvexHull]:
+    """Cut a block along the planes of its own faces: it is filled, and nothing beside it.
+
+    Parameters
+    ----------
+    surface : array of float, shape (k, 3, 3)
+        Corners of the triangles of a closed surface [m], counter-clockwise seen from outside.
+    least : float
+        Surface that stands out of a plane by no more than this does not call for a cut [m].
+    thin : float
+        Pieces no thicker than twice this are left out [m].
+
+    Returns
+    -------
+    list of ConvexHull
+        The pieces.
+    """
+    from scipy.spatial import ConvexHull, HalfspaceIntersection
+
+    corners = surface.reshape(-1, 3)
+    lower, upper = corners.min(axis=0)[None], corners.max(axis=0)[None]
+    found = between_planes([surface], lower, upper, np.array([least]))[0]
+    start = np.cumsum([0, *map(len, found)])
+    planes = np.concatenate([np.empty((0, 4)), *found])
+    radius, centre = inscribed_balls(planes[:, :3], planes[:, 3], start)
+    return [
+        ConvexHull(HalfspaceIntersection(np.column_stack([own[:, :3], -own[:, 3]]), middle).intersections)
+        for own, middle, half in zip(found, centre, radius, strict=True)
+        if half > thin
+    ]
