@@ -870,7 +870,7 @@ def test_options_of_the_search_are_named():
         unresolved_contacts(None, faces, 0.01)
     none = np.empty(0, dtype=int)
     contacts = Contacts(none, none, None)
-    assert contacts.with_more(1, Features(none, *[np.empty((0, 3))] * 2, *[none] * 5), none) is contacts
+    assert contacts.with_more(1, Features(none, *[np.empty((0, 3))] * 2, *[none] * 4), none) is contacts
     with pytest.raises(TypeError):
         search_of(None, none, None, False)
 

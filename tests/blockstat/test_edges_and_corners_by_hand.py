@@ -438,8 +438,7 @@ def test_a_feature_is_covered_by_a_contact_in_its_plane_that_it_lies_in(seed, le
             flat_ = share @ corners + rng.choice([0, 0, 1e-3, 4e-3]) * rng.normal(size=2)
             ends[i, end] = origin[k] + flat_ @ frame[k, 1:] + rng.uniform(-1.2, 1.2) * reach[row[k]] * frame[k, 0]
     none = np.zeros(n, int)
-    pair, zero = np.where(rng.random(n) < 0.1, 1, row[of]), np.zeros(n)
-    features = Features(pair, direction, ends, zero, zero, none > 0, none, none)
+    features = Features(np.where(rng.random(n) < 0.1, 1, row[of]), direction, ends, np.zeros(n), none > 0, none, none)
 
     def is_covered(i):
         for k in range(4):

@@ -99,7 +99,6 @@ def test_a_step_higher_than_the_bed_overlaps_is_a_key(lean, turn, order):
     assert assess(asm).outcome is Outcome.STABLE
 
 
-@pytest.mark.xfail(reason="edges that cross past the rim are seen along the edge, not across the bed", strict=True)
 @pytest.mark.parametrize("seed", [5, 13, 122, 412])
 def test_two_edges_that_cross_past_the_rim_are_no_key(seed):
     slides(flush(seed, -1e-4), np.eye(3), 1)
@@ -113,8 +112,7 @@ def post():
     return Block(np.array(corners, float), [[*range(7)], *below, [4, 11, 12, 5], [5, 12, 13, 6], [11, 13, 12]])
 
 
-@pytest.mark.xfail(reason="the arris ends in the gap, but at the floor: it goes on upwards", strict=True)
-@pytest.mark.parametrize("gap", [1e-6, 1e-5, 1e-4, 1e-3])
+@pytest.mark.parametrize("gap", [-1e-4, 1e-6, 1e-5, 1e-4, 1e-3])
 def test_the_arris_of_a_post_holds_an_edge_on_a_bed_that_is_open(gap):
     # The edge meets the middle of the arris' foot, so that the block neither turns nor, as it is flat, tips.
     _, block = before_a_step(1.0, gap, lean=0.05)

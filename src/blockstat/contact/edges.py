@@ -7,11 +7,12 @@ for in pairs without a patch, and in pairs of which a block is not convex or rea
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from blockstat.assembly import Assembly, Block
 from blockstat.contact.coplanar import Patch, Patches, in_one_plane, joined
 from blockstat.contact.faces import frames
 from blockstat.contact.features import (
@@ -28,9 +29,6 @@ from blockstat.geometry.convexity import protrusions, separations
 from blockstat.geometry.polyhedron import members
 from blockstat.geometry.topology import edge_topology
 from blockstat.typing import Floats, Ints
-
-if TYPE_CHECKING:
-    from blockstat.assembly import Assembly
 
 #: A vertex may lie outside a face of a convex block by this fraction of its size: rounding of coordinates.
 CONVEX = 1e-6
@@ -87,8 +85,8 @@ def edge_contacts(
     kinds = ContactKind.EDGE, ContactKind.CORNER, ContactKind.CROSSING
     for kind, found in zip(kinds, features_of(search, tolerances.steepest), strict=True):
         free = found.take(~found.rim)
-        lost = covered(search, free, known, ONE_PATCH) | covered(search, free, faces, -np.inf, rim=True)
-        known = known.with_more(kind, free.take(~lost), pairs)
+        free = free.take(~covered(search, free, known, ONE_PATCH))
+        known = known.with_more(kind, free.take(~_gaps_at_rims(search, free, faces, tolerances)), pairs)
     if len(known.row) == len(row):
         return patches, None, rims, []
     rest = np.setdiff1d(np.arange(len(patches.pair)), own)
@@ -287,7 +285,7 @@ def features_of(search: Search, steepest: float) -> list[Features]:
     return [together(kind) for kind in found]
 
 
-def covered(search: Search, features: Features, known: Contacts, least: float, *, rim: bool = False) -> np.ndarray:
+def covered(search: Search, features: Features, known: Contacts, least: float) -> np.ndarray:
     """Return which features lie whole in one known contact of their pair.
 
     Parameters
@@ -300,53 +298,91 @@ def covered(search: Search, features: Features, known: Contacts, least: float, *
         The contacts that are known; rows of both are numbers of the pairs of the search.
     least : float
         Least cosine between the normals of a feature and of the contact that it lies in; -inf for any.
-    rim : bool
-        Ask for those across the contact that are its gap, seen at its rim: this gap takes the place of the reach, and
-        the feature and the nearest edge of the face that it is on are both within it from the plane of the contact.
 
     Returns
     -------
     array of bool, shape (n,)
         True where both ends are no further from the plane of the contact than the reach of the pair, and in its polygon
         or beside it by no more than twice the rounding and what the angle between the normals makes of the reach.
-
-    Notes
-    -----
-    Where two faces that are open or overlap by a gap end at a rim, one of them lies past that rim by as much: its edge
-    touches the side of the other block. This is the gap again, and no step, which reaches further than the faces beside
-    it are inexact.
     """
     found = np.zeros(len(features.row), dtype=bool)
+    item, cover, alike = _of_one_pair(features, known)
+    alike_enough = alike >= least
+    item, cover = item[alike_enough], cover[alike_enough]
+    found[item[_inside(search, features.take(item), known.patches, cover, search.reach[features.row[item]])]] = True
+    return found
+
+
+def _of_one_pair(features: Features, known: Contacts) -> tuple[Ints, Ints, Floats]:
+    """Each feature beside each known contact of its pair: their numbers, and the cosine between their normals."""
     order = np.argsort(known.row, kind="stable")
     rows = known.row[order]
     first, last = np.searchsorted(rows, features.row, "left"), np.searchsorted(rows, features.row, "right")
     item, place = members(first, last - first)
-    if not len(item):
-        return found
     cover = order[place]
-    patches, row = known.patches, features.row[item]
-    normal = patches.frame[cover, 0]
-    alike = np.einsum("ij,ij->i", normal, features.normal[item])
-    local = np.einsum("nkj,ntj->nkt", features.ends[item] - patches.origin[cover][:, None], patches.frame[cover])
-    depth = patches.gap[cover] if rim else search.reach[row]
-    near = (np.abs(local[..., 0]).max(axis=1) <= depth) & (alike >= least)
+    return item, cover, np.einsum("ij,ij->i", known.patches.frame[cover, 0], features.normal[item])
+
+
+def _inside(search: Search, features: Features, patches: Patches, cover: Ints, depth: Floats) -> np.ndarray:
+    """Whether each feature lies in its patch, with both ends no further from the plane of the patch than a depth."""
+    inside = np.zeros(len(cover), dtype=bool)
+    local = np.einsum("nkj,ntj->nkt", features.ends - patches.origin[cover][:, None], patches.frame[cover])
+    near = np.flatnonzero(np.abs(local[..., 0]).max(axis=1, initial=0.0) <= depth)
+    if not len(near):
+        return inside
+    local, cover, depth, features = local[near], cover[near], depth[near], features.take(near)
     # Seen along another normal, a point off the plane lies beside its place by as much as the normals differ.
-    sine = np.sqrt(np.clip(1 - alike**2, 0.0, 1.0))
-    if rim:
-        near &= alike < ONE_PATCH
-        near[near] = features.inset[item[near]] * sine[near] <= 2 * depth[near]
-    aside = 2 * search.rounding[row] + depth * sine
-    near, local, cover, item, aside = np.flatnonzero(near), local[near], cover[near], item[near], aside[near]
-    if len(near):
-        first = (np.cumsum(patches.count) - patches.count)[cover]
-        width = int(patches.count[cover].max())
-        column = np.minimum(np.arange(width), patches.count[cover][:, None] - 1)
-        polygon = patches.corner[first[:, None] + column]
-        no_rim = np.zeros(polygon.shape[:2], dtype=bool)
-        inside = position(local[..., 1:], polygon, no_rim, aside) == INSIDE
-        at_corner = np.linalg.norm(local[..., None, 1:] - polygon[:, None], axis=3).min(axis=2) <= aside[:, None]
-        found[item[(inside | at_corner).all(axis=1)]] = True
-    return found
+    alike = np.einsum("ij,ij->i", patches.frame[cover, 0], features.normal)
+    aside = 2 * search.rounding[features.row] + depth * np.sqrt(np.clip(1 - alike**2, 0.0, 1.0))
+    first = (np.cumsum(patches.count) - patches.count)[cover]
+    width = int(patches.count[cover].max())
+    column = np.minimum(np.arange(width), patches.count[cover][:, None] - 1)
+    polygon = patches.corner[first[:, None] + column]
+    no_rim = np.zeros(polygon.shape[:2], dtype=bool)
+    within = position(local[..., 1:], polygon, no_rim, aside) == INSIDE
+    at_corner = np.linalg.norm(local[..., None, 1:] - polygon[:, None], axis=3).min(axis=2) <= aside[:, None]
+    inside[near] = (within | at_corner).all(axis=1)
+    return inside
+
+
+def _gaps_at_rims(search: Search, features: Features, faces: Contacts, tolerances: Tolerances) -> np.ndarray:
+    """Which features across a patch are nothing but its gap, seen at its rim.
+
+    Where two faces that are open or overlap by a gap end at a rim, one of them reaches past that rim by as much, and
+    its edge touches the side of the other block. With the blocks moved apart by twice the gap, along that side, such a
+    contact is gone. That of a step, or of a wall at whose foot the joint is, stays.
+    """
+    lost = np.zeros(len(features.row), dtype=bool)
+    item, cover, alike = _of_one_pair(features, faces)
+    patches = faces.patches
+    across = alike < ONE_PATCH
+    item, cover, alike = item[across], cover[across], alike[across]
+    near = _inside(search, features.take(item), patches, cover, patches.gap[cover])
+    item, cover, alike = item[near], cover[near], alike[near]
+    if not len(item):
+        return lost
+    up, normal = patches.frame[cover, 0], features.normal[item]
+    apart = (up - alike[:, None] * normal) * (2 * patches.gap[cover] / (1 - alike**2))[:, None]
+    pairs = search.pairs[features.row[item]]
+    copies = _moved_apart(search.assembly, pairs, apart)
+    allowed = tolerances.allowed[pairs].reshape(-1)
+    both = np.arange(2 * len(item)).reshape(-1, 2)
+    again = search_of(copies, both, replace(tolerances, allowed=allowed), rims=False)
+    stays = np.zeros(len(item), dtype=bool)
+    for found in features_of(again, tolerances.steepest):
+        same = np.einsum("ij,ij->i", found.normal, normal[found.row]) >= ONE_PATCH
+        stays[found.row[same & ~found.rim]] = True
+    lost[item[~stays]] = True
+    return lost
+
+
+def _moved_apart(assembly: Assembly, pairs: Ints, apart: Floats) -> Assembly:
+    """Copies of the two blocks of each pair, the second moved [m]; blocks 2k and 2k + 1 are those of pair k."""
+    blocks = []
+    for pair, shift in zip(pairs, apart, strict=True):
+        for block, by in zip(pair.tolist(), (np.zeros(3), shift), strict=True):
+            blocks.append(Block(assembly.block_vertices(block) + by, assembly.faces_of(block)))
+    return Assembly.from_blocks(blocks)
 
 
 def _merged(search: Search, known: Contacts) -> tuple[list[tuple[int, Patch]], list[Patch]]:

@@ -27,7 +27,7 @@ LEAN = 1e-4
 #: Rows (feature of one block, feature of the other) that are held in memory at once.
 CHUNK = 500_000
 OUTSIDE, RIM, INSIDE = 0, 1, 2
-COLUMNS = ("row", "normal", "ends", "gap", "inset", "rim", "own", "other")
+COLUMNS = ("row", "normal", "ends", "gap", "rim", "own", "other")
 
 
 class ContactKind(IntEnum):
@@ -47,8 +47,6 @@ class Features:
     normal: Floats  #: from the first block of the pair to the second, shape (n, 3)
     ends: Floats  #: the points, halfway across the gap, shape (n, 2, 3) [m]; a single point twice
     gap: Floats  #: shape (n,) [m]
-    #: distance from the nearest convex edge of the face; of edges that cross, from the nearest end, shape (n,) [m]
-    inset: Floats
     rim: np.ndarray  #: shape (n,), True where the contact has no unique normal
     own: Ints  #: the edge, or ~ the corner, that touches, numbered as in `Topology`, shape (n,)
     other: Ints  #: the edge, or ~ the corner, of the other block where it is on a rim, shape (n,)
@@ -212,11 +210,11 @@ def crossings(search: Search) -> Features:
     other = np.einsum("ij,ij->i", np.cross(offset, a), across) / square
     normal = across / np.sqrt(square)[:, None]
     height = np.einsum("ij,ij->i", offset, normal)
-    inset = np.full(len(row), np.inf)
+    good = np.abs(height) <= search.reach[row]
     for at, line in ((share, a), (other, b)):
-        inset = np.minimum(inset, np.minimum(at, 1 - at) * np.linalg.norm(line, axis=1))
-    # Like a patch it must be no more open than it is wide, here its distance from the ends.
-    good = (np.abs(height) <= search.reach[row]) & (inset > np.maximum(search.rounding[row], np.abs(height)))
+        # Like a patch it must be no more open than it is wide, here its distance from the ends.
+        margin = np.maximum(search.rounding[row], np.abs(height)) / np.linalg.norm(line, axis=1)
+        good &= (at > margin) & (at < 1 - margin)
     lean_a = np.einsum("ikj,ij->ik", topo.inward[one], normal)
     lean_b = np.einsum("ikj,ij->ik", topo.inward[two], normal)
     upward = (lean_a.max(axis=1, initial=-1) <= LEAN) & (lean_b.min(axis=1, initial=1) >= -LEAN)
@@ -226,8 +224,7 @@ def crossings(search: Search) -> Features:
     row, one, two = row[good], one[good], two[good]
     place = ends[one, 0] + share[good, None] * a[good] + height[good, None] / 2 * normal[good]
     none = np.zeros(len(row), dtype=bool)
-    ends = np.stack([place, place], axis=1)
-    return Features(row, sign * normal[good], ends, np.abs(height[good]), inset[good], none, one, two)
+    return Features(row, sign * normal[good], np.stack([place, place], axis=1), np.abs(height[good]), none, one, two)
 
 
 def _near(search: Search, side: int, start: Ints, low: Floats, high: Floats) -> tuple[Ints, Ints]:
@@ -302,7 +299,7 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     out = normal[face[which]]
     points = points - heights[..., None] / 2 * out[:, None]
     sign = 1.0 if side == 0 else -1.0
-    return Features(row[which], sign * out, points, gap, inset[good], on_rim, edge[which], other)
+    return Features(row[which], sign * out, points, gap, on_rim, edge[which], other)
 
 
 def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) -> Features:
@@ -337,13 +334,12 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
     good = (state == RIM) | ((state == INSIDE) & (lean >= -LEAN))
     good &= _touches(search, row, np.abs(height), inset, state == RIM)
     good &= _at_surface(search, row, face, (offset + centre[face])[:, None])
-    row, face, corner, other = row[good], face[good], corner[good], other[good]
-    height, inset = height[good], inset[good]
+    row, face, corner, height, other = row[good], face[good], corner[good], height[good], other[good]
     out = normal[face]
     place = assembly.vertices[topo.corner[corner]] - height[:, None] / 2 * out
     sign = 1.0 if side == 0 else -1.0
     ends = np.stack([place, place], axis=1)
-    return Features(row, sign * out, ends, np.abs(height), inset, state[good] == RIM, ~corner, other)
+    return Features(row, sign * out, ends, np.abs(height), state[good] == RIM, ~corner, other)
 
 
 def _at_surface(search: Search, row: Ints, face: Ints, points: Floats) -> np.ndarray:
