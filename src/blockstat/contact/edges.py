@@ -381,7 +381,8 @@ def _moved_apart(assembly: Assembly, pairs: Ints, apart: Floats) -> Assembly:
     blocks = []
     for pair, shift in zip(pairs, apart, strict=True):
         for block, by in zip(pair.tolist(), (np.zeros(3), shift), strict=True):
-            blocks.append(Block(assembly.block_vertices(block) + by, assembly.faces_of(block)))
+            faces = [face.tolist() for face in assembly.faces_of(block)]
+            blocks.append(Block(assembly.block_vertices(block) + by, faces))
     return Assembly.from_blocks(blocks)
 
 

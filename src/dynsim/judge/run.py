@@ -93,10 +93,11 @@ class Run:
         """What a verdict must say about the shapes."""
         if not self.filled:
             return []
-        others = f" and {len(self.filled) - 1} others" if len(self.filled) > 1 else ""
+        first, *rest = self.filled
+        others = f" and {len(rest)} more" if rest else ""
         return [
-            f'no good cut into convex pieces was found of "{self.filled[0]}"{others}: pieces fill recesses deeper than '
-            "a joint may be open, and what stands there may only stand on the filling"
+            f'no good cut into convex pieces was found of "{first}"{others}: pieces fill recesses deeper than a joint '
+            "may be open, and what stands there may only stand on the filling"
         ]
 
     @property
