@@ -357,7 +357,7 @@ def _gaps_at_rims(search: Search, features: Features, faces: Contacts, tolerance
     patches = faces.patches
     across = alike < ONE_PATCH
     item, cover, alike = item[across], cover[across], alike[across]
-    near = _inside(search, features.take(item), patches, cover, patches.gap[cover])
+    near = _inside(search, features.take(item), patches, cover, 2 * patches.gap[cover])
     item, cover, alike = item[near], cover[near], alike[near]
     if not len(item):
         return lost

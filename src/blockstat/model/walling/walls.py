@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,7 +14,7 @@ from blockstat.model.quantities import Lengths
 from blockstat.model.walling.brickwork import SLIVER, Numbers, brickwork, head_stones
 from blockstat.model.walling.gable import raked_coping, slopes
 from blockstat.model.walling.heads import Head, heads
-from blockstat.model.walling.junction import Join, joins
+from blockstat.model.walling.junction import LEAST_ANGLE, Join, joins
 from blockstat.model.walling.pattern import Pattern, fitted
 from blockstat.model.walling.row import Gap, Row
 from blockstat.model.walling.run import Buttress, Run, check_run
@@ -152,14 +153,21 @@ def _strips(run: Run, levels: tuple[float, ...]) -> list[Strip]:
 
 
 def _check_bends(run: Run, axes: list[Line]) -> None:
-    """Refuse points of a path at which it goes straight on: the stretches would have a straight joint there."""
+    """Refuse points of a path at which it goes straight on or turns little: the stretches are not bonded there."""
     following = axes[1:] + axes[:1] if run.closed else axes[1:]
     for a, b in zip(axes, following, strict=False):
-        if a.along @ b.along > 0 and abs(a.along @ b.across) < STRAIGHT_ON:
+        sine, point = abs(float(a.along @ b.across)), b.origin.tolist()
+        if a.along @ b.along <= 0 or sine >= math.sin(math.radians(LEAST_ANGLE)):
+            continue
+        if sine < STRAIGHT_ON:
             raise InputError(
-                f'wall "{run.name}": path goes straight on at {b.origin.tolist()}; leave out the point, for bricks are '
-                "not bonded there"
+                f'wall "{run.name}": path goes straight on at {point}; leave out the point, for bricks are not bonded '
+                "there"
             )
+        raise InputError(
+            f'wall "{run.name}": path turns by less than {LEAST_ANGLE:g} degrees at {point}; turn more sharply, or use '
+            "an arc"
+        )
 
 
 def _build(
