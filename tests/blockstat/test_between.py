@@ -145,7 +145,7 @@ def blocks(support=(), thin=1.0):
 def leads(asked, joints, *, support=(1,), thin=1.0):
     empty = Patches(
         np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), np.empty(0), np.empty(0), np.empty((0, 2)),
-        np.empty(0, int),
+        np.empty(0, int), np.empty(0),
     )  # fmt: skip
     listed = empty.with_more(joints) if joints else empty
     # Others are asked about too, before and after: each has its own answer.

@@ -341,7 +341,7 @@ def on_two_feet():
     patches = Patches(
         np.array([r[0] for r in rows]), np.tile(frame, (4, 1, 1)), np.array([r[2] for r in rows]), np.ones(4),
         np.zeros(4),
-        np.concatenate([r[1] for r in rows]), np.array([len(r[1]) for r in rows]),
+        np.concatenate([r[1] for r in rows]), np.array([len(r[1]) for r in rows]), np.zeros(4),
     )  # fmt: skip
     return replace(faces, patches=patches)
 
@@ -399,7 +399,7 @@ def patch(number, corners, *, pair=(0, 1), normal=(0, 0, 1), height=0.0, gap=0.0
 def listed(patches):
     empty = Patches(
         np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), np.empty(0), np.empty(0), np.empty((0, 2)),
-        np.empty(0, int),
+        np.empty(0, int), np.empty(0),
     )  # fmt: skip
     return empty.with_more(patches)
 
@@ -420,7 +420,8 @@ def test_patches_are_taken_and_listed_with_their_own_corners():
     assert [len(p.polygon) for p in own] == [3, 4, 5]
     more = own.with_more(THREE[:1])
     assert more.count.tolist() == [3, 4, 5, 3]
-    assert own.columns()[-1] is own.count
+    assert own.columns()[-2] is own.count
+    assert own.columns()[-1] is own.overlap
     with pytest.raises(FrozenInstanceError):
         own.gap = own.area
 

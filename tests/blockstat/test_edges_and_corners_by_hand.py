@@ -422,6 +422,7 @@ def test_a_feature_is_covered_by_a_contact_in_its_plane_that_it_lies_in(seed, le
         np.zeros(4),
         np.concatenate(shapes).astype(float),
         np.array([len(s) for s in shapes]),
+        np.zeros(4),
     )
     order = rng.permutation(4)
     known = Contacts(row[order], np.zeros(4, int), patches.take(order))
@@ -519,7 +520,7 @@ def merged_on_a_line(kinds, gaps, *places):
     patches = Patches(
         np.array([[0, 1]] * 2), np.tile(frame, (2, 1, 1)), origins, np.zeros(2), np.array(gaps),
         np.concatenate([(p - o) @ frame[1:].T for p, o in zip(points, origins, strict=True)]),
-        np.array([len(own) for own in points]),
+        np.array([len(own) for own in points]), np.zeros(2),
     )  # fmt: skip
     found, _ = _merged(search, Contacts(np.zeros(2, np.int64), np.array(kinds), patches))
     ends = [(own.origin + own.polygon @ own.frame[1:] - [0.4, 0.3, 1]) @ line.T / rounding for _, own in found]

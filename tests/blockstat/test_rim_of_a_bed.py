@@ -118,3 +118,72 @@ def test_the_arris_of_a_post_holds_an_edge_on_a_bed_that_is_open(gap):
     _, block = before_a_step(1.0, gap, lean=0.05)
     asm = leaning([post(), block], [-1, 0, 0], np.eye(3), 1)
     assert assess(asm).outcome is Outcome.STABLE
+
+
+def before_a_wedge(height, near, far):
+    """As before a step; the bed is open by one length at the step and by another one at the far end."""
+    step, _ = before_a_step(height, 0.0, 0.0)
+    block = prism([(0, near), (0.6, far), (0.6, 0.25), (0.1, 0.25)], 0.6)
+    return [step, Block(np.asarray(block.vertices, float) + [0, 0.2, 0], block.faces)]
+
+
+@pytest.mark.parametrize(("turn", "order"), PLACES)
+@pytest.mark.parametrize(
+    ("height", "near", "far"), [(6e-3, 0.0, 4e-3), (1.5e-3, 1e-3, 1e-3), (2.5e-3, 1e-3, 1e-3), (0.011, 4e-3, 4e-3)]
+)
+def test_a_step_that_reaches_past_an_open_bed_is_a_key(height, near, far, turn, order):
+    asm = leaning(before_a_wedge(height, near, far), [-1, 0, 0], turn, order)
+    assert assess(asm).outcome is Outcome.STABLE
+
+
+def beside_a_nose(gap):
+    """A block flush with the rim of its bed, which has a re-entrant corner at (1, 0); a pyramid on the bed is a key.
+
+    Its apex at (1.25, 0, .06) touches the side of the block. At (1, 0) only an overlap does.
+    """
+    plan = [(0, 0), (1, 0), (1, -0.3), (1.5, -0.3), (1.5, 0.6), (0, 0.6)]
+    foot = [(1.2, -0.2, 0), (1.3, -0.2, 0), (1.3, -0.1, 0), (1.2, -0.1, 0), (1.25, 0, 0.06)]
+    corners = [*((x, y, 0) for x, y in plan), *((x, y, -0.5) for x, y in plan), *foot]
+    top = [[0, 1, 5], [1, 4, 5], [1, 2, 12, 15], [2, 3, 13, 12], [3, 4, 14], [3, 14, 13], [4, 1, 15], [4, 15, 14]]
+    nose = [[12, 13, 16], [13, 14, 16], [14, 15, 16], [15, 12, 16]]
+    sides = [[k, k + 6, (k + 1) % 6 + 6, (k + 1) % 6] for k in range(6)]
+    bed = Block(np.array(corners, float), [*top, *nose, [*range(11, 5, -1)], *sides])
+    return [bed, box((0, 0, gap), (1.5, 0.6, gap + 0.25))]
+
+
+@pytest.mark.parametrize(("turn", "order"), PLACES)
+def test_a_key_keeps_no_overlap_beside_it_in_being(turn, order):
+    """A push at x = .3 turns the block about the nose; the bed then resists by friction alone.
+
+    With all of the weight on the two corners that are furthest from the nose, at 1.387 and .650 m, it resists by no
+    more than mu (1.387 + .650) / 2 / (1.25 - .3) = .536 of the weight.
+    """
+    asm = leaning(beside_a_nose(-1e-4), SIDEWAYS[0], turn, order, angle=0.0)
+    free = int(np.flatnonzero(~asm.support)[0])
+    push = turn @ np.array([0, -asm.free_weight, 0])
+    arm = turn @ np.array([0.3 - 0.75, 0, 0])
+    load = np.zeros((2, 6))
+    load[free] = [*push, *np.cross(arm, push)]
+    assert limit_load(asm, load).upper < 0.5 * (1.387 + 0.650) / 2 / 0.95
+
+
+def test_a_ridge_that_touches_the_other_way_is_looked_at():
+    """A tongue in a slot 3 mm higher than it: its ridge is at the ceiling of the slot, opposed to the bed below."""
+    open_, top = 8e-3, 11.5e-3
+    slot = [(-0.6, -1), (-0.01, -1), (-0.01, 0), (-0.5, 0), (-0.5, top), (-0.01, top), (-0.01, 1), (-0.6, 1)]
+    tongue = [(-0.05, open_ + 5e-4), (-0.056, open_ + 3e-3), (-0.062, open_ + 5e-4), (-0.062, open_), (0, open_)]
+    block = prism([(0, -0.5), (1, -0.5), (1, 0.5), (0, 0.5), (0, open_ + 5e-4), *tongue], 1.0)
+    wall = prism(slot, 1.2)
+    asm = Assembly.from_blocks([Block(np.asarray(wall.vertices) - [0, 0.1, 0], wall.faces), block], supports=[0])
+    assert len(find_interfaces(asm).pair) == 3
+
+
+def test_nothing_is_said_of_a_support_of_two_solids_when_its_blocks_are_moved_apart(recwarn):
+    step, block = before_a_step(1.0, -1e-4, lean=0.05)
+    far = prism([(5, -1), (6, -1), (6, 0), (5, 0)], 1.0)
+    corners = np.concatenate([step.vertices, far.vertices])
+    faces = [*step.faces, *([k + len(step.vertices) for k in face] for face in far.faces)]
+    asm = Assembly.from_blocks([Block(corners, faces), block], supports=[0])
+    recwarn.clear()
+    find_interfaces(asm)
+    assert not recwarn

@@ -266,3 +266,14 @@ def test_a_block_beside_a_pedestal_of_its_support_loses_nothing_at_its_sides(x):
     scene = closed_scene(given, find_interfaces(given))
     assert scene.cut == pytest.approx(0.01)
     assert scene.assembly.volume[1] == pytest.approx(0.6 * 0.6 * 0.59)
+
+
+@pytest.mark.parametrize("gap", ["0.5 mm", 1e-3])
+def test_an_overlap_is_cut_that_is_none_by_default_but_by_the_gap_that_is_stated(gap):
+    """A cube in the air between two walls that reach 2 mm into it: nothing carries it."""
+    walls = [box((-1, -1, 0), (0, 1.6, 3), name="left"), box((0.6, -1, 0), (1.6, 1.6, 3), name="right")]
+    scene = Assembly.from_blocks([*walls, box((-0.002, 0, 1.5), (0.602, 0.6, 2.1), name="cube")], supports=[0, 1])
+    assert verify(scene, gap=gap).outcome.word == "falls"
+    closed = closed_scene(scene, find_interfaces(scene, gap=gap))
+    assert closed.cut == pytest.approx(2e-3)
+    assert not len(overlaps(closed.assembly, gap=gap)[0])

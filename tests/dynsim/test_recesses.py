@@ -5,11 +5,12 @@ import pytest
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from blockstat import Assembly, assess, box
+from blockstat import Assembly, Block, assess, box
 from blockstat.geometry.triangulation import triangulate
 from dynsim import verify
 from dynsim.engine import bodies
 from dynsim.engine.bodies import shapes
+from dynsim.engine.decompose import Cut
 from dynsim.engine.filling import fills, pieces_between_planes
 from evidence.scenes.small import pitted, prism
 
@@ -94,7 +95,7 @@ def test_the_depth_of_a_filling_is_that_of_the_notch_below_the_hull():
     hull, deepest = ConvexHull(ell.reshape(-1, 3)), 2 / np.sqrt(5)
     assert fills(ell, [hull], 0.999 * deepest)
     assert not fills(ell, [hull], 1.001 * deepest)
-    assert not fills(ell, pieces_between_planes(ell, 1e-6, 1e-6), 1e-6)
+    assert not fills(ell, pieces_between_planes(ell, 1e-6, 1e-6, 40), 1e-6)
 
 
 def test_a_piece_beside_its_block_fills_though_no_face_reaches_into_it():
@@ -106,9 +107,22 @@ def test_a_piece_beside_its_block_fills_though_no_face_reaches_into_it():
 
 def test_a_filling_that_no_cut_avoids_is_told_by_the_name_of_its_block(monkeypatch):
     def hull_only(surface, size, depth, **_):
-        return [surface.reshape(-1, 3)] if np.isinf(depth) else None
+        pieces = [ConvexHull(surface.reshape(-1, 3))]
+        return Cut((pieces[0].points,), fills(surface, pieces, depth))
 
     monkeypatch.setattr(bodies, "convex_pieces", hull_only)
     scene = over_a_ditch(6.0, 0.03)
     assert [shape.filled for shape in shapes(scene)] == [True, False]
     assert any('of "ground": pieces fill recesses' in text for text in verify(scene).warnings)
+
+
+def test_a_pebble_far_away_changes_no_shape():
+    """Stones with corners up to .5 mm off; a pebble of 1 cm lies 1.4 m from the nearest."""
+    rng = np.random.default_rng(0)
+    ground, stones = box((-3, -3, -1), (3, 3, 0)), [box((k, 0, 0), (k + 0.6, 0.6, 0.4)) for k in range(2)]
+    rough = [Block(np.asarray(b.vertices) + rng.uniform(-5e-4, 5e-4, (8, 3)), b.faces) for b in stones]
+    pebble = box((2, 2, 0), (2.01, 2.01, 0.01))
+    alone, beside = (
+        shapes(Assembly.from_blocks(b, supports=[0])) for b in ([ground, *rough], [ground, *rough, pebble])
+    )
+    assert [len(shape.pieces) for shape in beside[:3]] == [len(shape.pieces) for shape in alone] == [1, 1, 1]

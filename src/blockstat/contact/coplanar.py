@@ -35,6 +35,7 @@ class Patch(NamedTuple):
     area: float  #: [m2]
     gap: float  #: [m]
     polygon: Floats  #: shape (k, 2) [m], corners along t1, t2 from the origin
+    overlap: float = 0.0  #: [m]
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,7 @@ class Patches:
         Floats  #: corners of all polygons, one after the other, along t1, t2 from the origin, shape (n_corners, 2) [m]
     )
     count: Ints  #: corners of each, shape (n,)
+    overlap: Floats  #: how far the two blocks reach into each other at most, shape (n,) [m]
 
     def take(self, rows: Ints) -> Patches:
         """Return some of the patches, in the order asked for.
@@ -69,7 +71,7 @@ class Patches:
         corner = members(first, count)[1]
         return Patches(
             self.pair[rows], self.frame[rows], self.origin[rows], self.area[rows], self.gap[rows],
-            self.corner[corner], count,
+            self.corner[corner], count, self.overlap[rows],
         )  # fmt: skip
 
     def columns(self) -> tuple[Floats | Ints, ...]:
@@ -80,7 +82,7 @@ class Patches:
         tuple of array
             One a field.
         """
-        return self.pair, self.frame, self.origin, self.area, self.gap, self.corner, self.count
+        return self.pair, self.frame, self.origin, self.area, self.gap, self.corner, self.count, self.overlap
 
     def with_more(self, more: Sequence[Patch]) -> Patches:
         """Return these patches and then some others.
@@ -95,7 +97,7 @@ class Patches:
         Patches
             All of them.
         """
-        pair, frame, origin, area, gaps, polygon = zip(*more, strict=True)
+        pair, frame, origin, area, gaps, polygon, overlap = zip(*more, strict=True)
         return Patches(
             np.concatenate([self.pair, pair]),
             np.concatenate([self.frame, frame]),
@@ -104,11 +106,13 @@ class Patches:
             np.concatenate([self.gap, gaps]),
             np.concatenate([self.corner, *polygon]),
             np.concatenate([self.count, [len(p) for p in polygon]]),
+            np.concatenate([self.overlap, overlap]),
         )
 
     def __iter__(self) -> Iterator[Patch]:
         polygons = np.split(self.corner, np.cumsum(self.count)[:-1])
-        rows = zip(self.pair, self.frame, self.origin, self.area.tolist(), self.gap.tolist(), polygons, strict=True)
+        numbers = self.area.tolist(), self.gap.tolist()
+        rows = zip(self.pair, self.frame, self.origin, *numbers, polygons, self.overlap.tolist(), strict=True)
         return (Patch(*row) for row in rows)
 
 
@@ -209,11 +213,12 @@ def joined(seed: Patch, patches: Sequence[Patch]) -> Patch:
     Returns
     -------
     Patch
-        Its area is the sum of theirs, its gap the largest.
+        Its area is the sum of theirs, its gap and its overlap the largest.
     """
     points = np.concatenate([p.origin + p.polygon @ p.frame[1:] - seed.origin for p in patches])
     outline = outline_hull(points @ seed.frame[1:].T)
-    return seed._replace(polygon=outline, area=sum(p.area for p in patches), gap=max(p.gap for p in patches))
+    area, gap, overlap = sum(p.area for p in patches), max(p.gap for p in patches), max(p.overlap for p in patches)
+    return seed._replace(polygon=outline, area=area, gap=gap, overlap=overlap)
 
 
 def parts_of(outlines: Sequence[Floats], pair: Ints, frame: Floats, area: Floats, patches: Patches) -> Parts:

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.assembly import Assembly, Block
 from blockstat.contact.coplanar import Patch, Patches, in_one_plane, joined
 from blockstat.contact.faces import frames
 from blockstat.contact.features import (
@@ -26,9 +25,12 @@ from blockstat.contact.features import (
     together,
 )
 from blockstat.geometry.convexity import protrusions, separations
-from blockstat.geometry.polyhedron import members
+from blockstat.geometry.polyhedron import Polyhedra, members
 from blockstat.geometry.topology import edge_topology
 from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
 
 #: A vertex may lie outside a face of a convex block by this fraction of its size: rounding of coordinates.
 CONVEX = 1e-6
@@ -86,7 +88,7 @@ def edge_contacts(
     for kind, found in zip(kinds, features_of(search, tolerances.steepest), strict=True):
         free = found.take(~found.rim)
         free = free.take(~covered(search, free, known, ONE_PATCH))
-        known = known.with_more(kind, free.take(~_gaps_at_rims(search, free, faces, tolerances)), pairs)
+        known = known.with_more(kind, free.take(~_overlaps_at_rims(search, free, faces, tolerances)), pairs)
     if len(known.row) == len(row):
         return patches, None, rims, []
     rest = np.setdiff1d(np.arange(len(patches.pair)), own)
@@ -97,12 +99,12 @@ def edge_contacts(
     return both.take(order), kind[order], rims, absorbed
 
 
-def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances, *, rims: bool) -> Search:
+def search_of(assembly: Polyhedra, pairs: Ints, tolerances: Tolerances, *, rims: bool) -> Search:
     """Return a search for the edges and corners of some pairs.
 
     Parameters
     ----------
-    assembly : Assembly
+    assembly : Polyhedra
         The blocks.
     pairs : array of int, shape (n, 2)
         The pairs.
@@ -243,7 +245,7 @@ class Contacts:
         points = 2 if kind == ContactKind.EDGE else 1
         new = Patches(
             pairs[features.row], frame, origin, np.zeros(n), features.gap, flat[:, :points].reshape(-1, 2),
-            np.full(n, points),
+            np.full(n, points), np.zeros(n),
         )  # fmt: skip
         both: list[Any] = [np.concatenate(x) for x in zip(self.patches.columns(), new.columns(), strict=True)]
         kinds = np.concatenate([self.kind, np.full(n, kind, np.int64)])
@@ -345,45 +347,64 @@ def _inside(search: Search, features: Features, patches: Patches, cover: Ints, d
     return inside
 
 
-def _gaps_at_rims(search: Search, features: Features, faces: Contacts, tolerances: Tolerances) -> np.ndarray:
-    """Which features across a patch are nothing but its gap, seen at its rim.
+def _overlaps_at_rims(search: Search, features: Features, faces: Contacts, tolerances: Tolerances) -> np.ndarray:
+    """Which features across a patch are nothing but the overlap of its blocks, seen at its rim.
 
-    Where two faces that are open or overlap by a gap end at a rim, one of them reaches past that rim by as much, and
-    its edge touches the side of the other block. With the blocks moved apart by twice the gap, along that side, such a
-    contact is gone. That of a step, or of a wall at whose foot the joint is, stays.
+    Where two faces that overlap end at a rim, one of them reaches past that rim by as much, and its edge touches the
+    side of the other block. With the blocks moved apart by the overlap, straight or along that side, such a contact is
+    gone. That of a step, or of a wall at whose foot the joint is, stays.
     """
     lost = np.zeros(len(features.row), dtype=bool)
     item, cover, alike = _of_one_pair(features, faces)
     patches = faces.patches
-    across = alike < ONE_PATCH
+    across = (np.abs(alike) < ONE_PATCH) & (patches.overlap[cover] > search.rounding[features.row[item]])
     item, cover, alike = item[across], cover[across], alike[across]
-    near = _inside(search, features.take(item), patches, cover, 2 * patches.gap[cover])
+    # What is gone then is no further from the plane than the overlap, and the plane from the faces than their gap.
+    near = _inside(search, features.take(item), patches, cover, patches.overlap[cover] + patches.gap[cover])
     item, cover, alike = item[near], cover[near], alike[near]
     if not len(item):
         return lost
+    row = features.row[item]
     up, normal = patches.frame[cover, 0], features.normal[item]
-    apart = (up - alike[:, None] * normal) * (2 * patches.gap[cover] / (1 - alike**2))[:, None]
-    pairs = search.pairs[features.row[item]]
-    copies = _moved_apart(search.assembly, pairs, apart)
-    allowed = tolerances.allowed[pairs].reshape(-1)
-    both = np.arange(2 * len(item)).reshape(-1, 2)
-    again = search_of(copies, both, replace(tolerances, allowed=allowed), rims=False)
-    stays = np.zeros(len(item), dtype=bool)
-    for found in features_of(again, tolerances.steepest):
-        same = np.einsum("ij,ij->i", found.normal, normal[found.row]) >= ONE_PATCH
-        stays[found.row[same & ~found.rim]] = True
-    lost[item[~stays]] = True
+    least = patches.overlap[cover] + 2 * search.rounding[row]
+    along = (up - alike[:, None] * normal) / (1 - alike**2)[:, None]
+    own = features.take(item)
+    stays = [_stays(search, own, least[:, None] * way, tolerances) for way in (up, along)]
+    lost[item[~(stays[0] | stays[1])]] = True
     return lost
 
 
-def _moved_apart(assembly: Assembly, pairs: Ints, apart: Floats) -> Assembly:
-    """Copies of the two blocks of each pair, the second moved [m]; blocks 2k and 2k + 1 are those of pair k."""
-    blocks = []
-    for pair, shift in zip(pairs, apart, strict=True):
-        for block, by in zip(pair.tolist(), (np.zeros(3), shift), strict=True):
-            faces = [face.tolist() for face in assembly.faces_of(block)]
-            blocks.append(Block(assembly.block_vertices(block) + by, faces))
-    return Assembly.from_blocks(blocks)
+def _stays(search: Search, features: Features, apart: Floats, tolerances: Tolerances) -> np.ndarray:
+    """Whether each feature is still there when the second block of its pair is moved."""
+    n = len(features.row)
+    pairs = search.pairs[features.row]
+    copies = search.assembly.copied(pairs.reshape(-1))
+    shift = np.stack([np.zeros_like(apart), apart], axis=1).reshape(-1, 3)
+    copies = replace(copies, vertices=copies.vertices + shift[copies.vertex_block])
+    allowed = replace(tolerances, allowed=tolerances.allowed[pairs].reshape(-1))
+    again = search_of(copies, np.arange(2 * n).reshape(-1, 2), allowed, rims=False)
+    # Edges steeper than those that may lie in the bed meet no further from where they met.
+    reach = np.linalg.norm(apart, axis=1) / np.sqrt(1 - ONE_PATCH**2) + 2 * again.rounding
+    stays = np.zeros(n, dtype=bool)
+    for found in features_of(again, tolerances.steepest):
+        row = found.row
+        same = np.einsum("ij,ij->i", found.normal, features.normal[row]) >= ONE_PATCH
+        same &= (_distances(features.ends[row], found.ends) <= reach[row]) & ~found.rim
+        stays[row[same]] = True
+    return stays
+
+
+def _distances(ends: Floats, others: Floats) -> Floats:
+    """How far the nearer end of each of some segments is from another segment, or the reverse, shape (n,) [m]."""
+
+    def from_segment(points: Floats, segment: Floats) -> Floats:
+        line = (segment[:, 1] - segment[:, 0])[:, None]
+        offset = points - segment[:, :1]
+        square = np.maximum((line**2).sum(axis=2), np.finfo(float).tiny)
+        share = np.clip((offset * line).sum(axis=2) / square, 0.0, 1.0)
+        return np.linalg.norm(offset - share[..., None] * line, axis=2).min(axis=1)
+
+    return np.minimum(from_segment(ends, others), from_segment(others, ends))
 
 
 def _merged(search: Search, known: Contacts) -> tuple[list[tuple[int, Patch]], list[Patch]]:

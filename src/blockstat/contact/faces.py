@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from blockstat.geometry.polyhedron import next_in_face
+from blockstat.geometry.polyhedron import Polyhedra, next_in_face
 from blockstat.typing import Floats, Ints
-
-if TYPE_CHECKING:
-    from blockstat.assembly import Assembly
 
 #: A corner may turn the wrong way by this much (sine of the angle): rounding, not a notch.
 REFLEX = 1e-6
@@ -20,12 +17,12 @@ FILLED = 1e-6
 SEAM = 1e-9
 
 
-def convex_faces(assembly: Assembly) -> np.ndarray:
+def convex_faces(assembly: Polyhedra) -> np.ndarray:
     """Return which faces are convex polygons.
 
     Parameters
     ----------
-    assembly : Assembly
+    assembly : Polyhedra
         The blocks.
 
     Returns
@@ -68,12 +65,12 @@ def frames(normal: Floats) -> Floats:
     return np.stack([normal, t1, t2], axis=1)
 
 
-def planar(assembly: Assembly, face: Ints, frame: Floats, origin: Floats, width: int) -> Floats:
+def planar(assembly: Polyhedra, face: Ints, frame: Floats, origin: Floats, width: int) -> Floats:
     """Return the corners of faces in the planes of contact patches.
 
     Parameters
     ----------
-    assembly : Assembly
+    assembly : Polyhedra
         The blocks.
     face : array of int, shape (n,)
         Numbers of the faces.
@@ -96,12 +93,12 @@ def planar(assembly: Assembly, face: Ints, frame: Floats, origin: Floats, width:
     return local @ across
 
 
-def surface_heights(assembly: Assembly, face: Ints, normal: Floats, point: Floats) -> Floats:
+def surface_heights(assembly: Polyhedra, face: Ints, normal: Floats, point: Floats) -> Floats:
     """Return how high the surfaces of faces lie over points; a warped face is a fan of triangles about its mean corner.
 
     Parameters
     ----------
-    assembly : Assembly
+    assembly : Polyhedra
         The blocks.
     face : array of int, shape (n,)
         Numbers of the faces.
@@ -138,13 +135,13 @@ def surface_heights(assembly: Assembly, face: Ints, normal: Floats, point: Float
 
 
 def gaps_of_surfaces(
-    assembly: Assembly, fa: Ints, fb: Ints, frame: Floats, origin: Floats, polygon: Floats, count: Ints
-) -> Floats:
-    """Return the gaps between warped faces on their patches; two blocks that share such a face agree on its surface.
+    assembly: Polyhedra, fa: Ints, fb: Ints, frame: Floats, origin: Floats, polygon: Floats, count: Ints
+) -> tuple[Floats, Floats]:
+    """Return gaps and overlaps of warped faces on patches; two blocks that share such a face agree on its surface.
 
     Parameters
     ----------
-    assembly : Assembly
+    assembly : Polyhedra
         The blocks.
     fa, fb : array of int, shape (n,)
         The two faces of each patch.
@@ -159,8 +156,10 @@ def gaps_of_surfaces(
 
     Returns
     -------
-    array of float, shape (n,)
+    gap : array of float, shape (n,)
         Largest distance along n at the corners of a patch and in the middle of its sides [m].
+    overlap : array of float, shape (n,)
+        How far the first block reaches into the second there at most [m].
     """
     column = np.arange(polygon.shape[1])
     following = np.where(column + 1 < count[:, None], column + 1, 0)
@@ -169,18 +168,18 @@ def gaps_of_surfaces(
     middle = (corner + np.take_along_axis(polygon, following[..., None], axis=1)) / 2
     point = origin[:, None] + np.concatenate([corner, middle], axis=1) @ frame[:, 1:]
     height = [surface_heights(assembly, face, frame[:, 0], point) for face in (fa, fb)]
-    gap: Floats = np.abs(height[1] - height[0]).max(axis=1, initial=0.0)
-    return gap
+    apart: Floats = height[1] - height[0]
+    return np.abs(apart).max(axis=1, initial=0.0), -apart.min(axis=1, initial=0.0)
 
 
 def concave_patches(
-    assembly: Assembly, fa: Ints, fb: Ints, frame: Floats, origin: Floats, rows: Ints
+    assembly: Polyhedra, fa: Ints, fb: Ints, frame: Floats, origin: Floats, rows: Ints
 ) -> tuple[Ints, Floats, Ints, dict[int, list[Floats]]]:
     """Return the convex hulls of the common parts of two faces, one row a connected part.
 
     Parameters
     ----------
-    assembly : Assembly
+    assembly : Polyhedra
         The blocks.
     fa, fb : array of int, shape (n,)
         Faces that meet, of block a and of block b.

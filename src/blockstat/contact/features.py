@@ -9,18 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from blockstat.contact.faces import frames, planar, surface_heights
 from blockstat.contact.tolerance import FLATNESS
-from blockstat.geometry.polyhedron import members
+from blockstat.geometry.polyhedron import Polyhedra, members
 from blockstat.geometry.topology import Topology
 from blockstat.typing import Floats, Ints
-
-if TYPE_CHECKING:
-    from blockstat.assembly import Assembly
 
 #: What touches is outside the other block when its directions lean into it by less than this sine.
 LEAN = 1e-4
@@ -102,7 +99,7 @@ def together(parts: Sequence[Features]) -> Features:
 class Search:
     """Pairs of blocks whose edges and corners are looked at."""
 
-    assembly: Assembly
+    assembly: Polyhedra
     topology: Topology
     pairs: Ints  #: shape (n_pairs, 2)
     reach: Floats  #: largest gap or overlap of each pair, shape (n_pairs,) [m]

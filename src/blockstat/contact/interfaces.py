@@ -281,6 +281,7 @@ class _Pieces:
     count: Ints
     origin: Floats
     gap: Floats
+    overlap: Floats
     rough: Floats  #: how far the corners of the two faces leave their planes, together [m]
     filling: dict[int, list[Floats]]  #: convex polygons of the pieces that do not fill their polygon, by row
 
@@ -344,11 +345,11 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats, bent
         patches.append(concave_patches(assembly, fa, fb, frame, origin, np.flatnonzero(~simple)))
     found = []
     for batch, polygon, count, filling in patches:
-        gap, middle = _gaps(assembly, fa[batch], fb[batch], frame[batch], origin[batch], polygon, count)
+        gap, overlap, middle = _gaps(assembly, fa[batch], fb[batch], frame[batch], origin[batch], polygon, count)
         warped = np.flatnonzero((bent[fa[batch]] | bent[fb[batch]]) & (count > 0))
         own = batch[warped]
         sides = fa[own], fb[own], frame[own], origin[own]
-        gap[warped] = gaps_of_surfaces(assembly, *sides, polygon[warped], count[warped])
+        gap[warped], overlap[warped] = gaps_of_surfaces(assembly, *sides, polygon[warped], count[warped])
         found.append(
             _Pieces(
                 pair=np.column_stack([assembly.face_block[fa[batch]], assembly.face_block[fb[batch]]]),
@@ -357,6 +358,7 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats, bent
                 count=count,
                 origin=origin[batch] + middle[:, None] * frame[batch, 0],
                 gap=gap,
+                overlap=overlap,
                 rough=rough[fa[batch]] + rough[fb[batch]],
                 filling=filling,
             )
@@ -366,8 +368,8 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats, bent
 
 def _gaps(
     assembly: Assembly, fa: Ints, fb: Ints, frame: Floats, origin: Floats, polygon: Floats, count: Ints
-) -> tuple[Floats, Floats]:
-    """Largest distance along n between two faces over the corners of their patch, and the height of the middle.
+) -> tuple[Floats, Floats, Floats]:
+    """Largest distance and overlap along n of two faces over the corners of their patch, and the height of the middle.
 
     Faces that are not parallel do not meet halfway between their centres.
     """
@@ -379,13 +381,14 @@ def _gaps(
         inplane = np.einsum("nkj,nj->nk", polygon, local[:, 1:])
         height.append((offset[:, None] - inplane) / local[:, :1])
     middle = np.where(live, height[0] + height[1], 0.0).sum(axis=1) / (2 * np.maximum(count, 1))
-    return np.where(live, np.abs(height[1] - height[0]), 0.0).max(axis=1, initial=0.0), middle
+    apart = np.where(live, height[1] - height[0], 0.0)
+    return np.abs(apart).max(axis=1, initial=0.0), -apart.min(axis=1, initial=0.0), middle
 
 
 def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs: Ints) -> Interfaces:
     """Judge the patches, merge those of one plane, and list their corner points."""
     slivers: list[Dropped] = []
-    kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 3)]
+    kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 4)]
     corners, counts = [np.empty((0, 2))], [np.empty(0, int)]
     filling: dict[int, list[Floats]] = {}
     for p in batches:
@@ -410,11 +413,12 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs:
         for i in np.flatnonzero(np.isin(rows, list(p.filling))):
             filling[before + int(i)] = p.filling[int(rows[i])]
             area[rows[i]] = sum(clip.area(piece[None], np.array([len(piece)]))[0] for piece in p.filling[int(rows[i])])
-        kept.append((p.pair[rows], p.frame[rows], p.origin[rows], area[rows], gaps[rows], limit[rows] + p.rough[rows]))
+        numbers = area[rows], gaps[rows], p.overlap[rows], limit[rows] + p.rough[rows]
+        kept.append((p.pair[rows], p.frame[rows], p.origin[rows], *numbers))
         corners.append(p.polygon[rows][mask])
         counts.append(mask.sum(axis=1))
-    pair, frame, origin, area, gaps, limit = (np.concatenate(column) for column in zip(*kept, strict=True))
-    found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts))
+    pair, frame, origin, area, gaps, overlap, limit = (np.concatenate(column) for column in zip(*kept, strict=True))
+    found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts), overlap)
     joints, held, dropped = _without_blocks_between(assembly, found, limit)
     single = found.take(joints)
     merged = merge_coplanar(single, allowed)

@@ -176,7 +176,8 @@ def _known(interfaces: Interfaces, pairs: Ints, n_blocks: int) -> Contacts:
     flat = [(o - o[0]) @ f[1:].T for o, f in zip(outlines, frame, strict=True)]
     count = np.array([len(o) for o in outlines], dtype=np.int64)
     corner = np.concatenate([np.empty((0, 2)), *flat])
-    patches = Patches(interfaces.pair[own], frame, origin, interfaces.area[own], interfaces.gap[own], corner, count)
+    pair, area, gap = interfaces.pair[own], interfaces.area[own], interfaces.gap[own]
+    patches = Patches(pair, frame, origin, area, gap, corner, count, np.zeros(len(own)))
     return Contacts(order[place[own]], interfaces.kinds[own], patches)
 
 

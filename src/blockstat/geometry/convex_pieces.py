@@ -22,7 +22,9 @@ ON = 1e-9
 CHUNK = 1_000_000
 
 
-def convex_pieces(solids: Sequence[Floats], lower: Floats, upper: Floats, tolerance: Floats) -> list[list[Floats]]:
+def convex_pieces(
+    solids: Sequence[Floats], lower: Floats, upper: Floats, tolerance: Floats, *, most: float = np.inf
+) -> list[list[Floats]]:
     """Cut the part of each solid in its box into convex pieces.
 
     Parameters
@@ -33,6 +35,8 @@ def convex_pieces(solids: Sequence[Floats], lower: Floats, upper: Floats, tolera
         Corners of the boxes [m].
     tolerance : array of float, shape (n,)
         A piece whose corners lie outside its faces by no more than this is convex [m].
+    most : float
+        Solids that cuts divide into more parts than this, with those beside the solids, are given up: no pieces.
 
     Returns
     -------
@@ -74,7 +78,7 @@ def convex_pieces(solids: Sequence[Floats], lower: Floats, upper: Floats, tolera
     while first < len(solids):
         done = work[first - 1] if first else 0
         last = max(first + 1, int(np.searchsorted(work, done + CHUNK, side="right")))
-        found += _cut(solids[first:last], lower[first:last], upper[first:last], tolerance[first:last])
+        found += _cut(solids[first:last], lower[first:last], upper[first:last], tolerance[first:last], most)
         first = last
     return found
 
@@ -142,7 +146,7 @@ class _Tree:
         return planes
 
 
-def _cut(solids: Sequence[Floats], lower: Floats, upper: Floats, tolerance: Floats) -> list[list[Floats]]:
+def _cut(solids: Sequence[Floats], lower: Floats, upper: Floats, tolerance: Floats, most: float) -> list[list[Floats]]:
     n = len(solids)
     # About the middle of its box a solid loses no digits far from the origin.
     middle, half = (lower + upper) / 2, (upper - lower) / 2
@@ -162,13 +166,17 @@ def _cut(solids: Sequence[Floats], lower: Floats, upper: Floats, tolerance: Floa
     least = np.maximum(tolerance, on)
     while len(parts.cell):
         parts = _level(tree, parts, planes, least, on)
+        many = np.bincount(tree.solid[[k for k, _ in tree.full]], minlength=n) > most
+        parts = parts.take(~many[tree.solid[parts.cell]])
     walls = np.vstack([np.eye(3), -np.eye(3)])
     pieces, owner = [], tree.solid[[k for k, _ in tree.full]]
     for solid, (k, bounds) in zip(owner.tolist(), tree.full, strict=True):
         box = np.column_stack([walls, np.tile(half[solid], 2)])
         pieces.append(_distinct(np.vstack([bounds, *tree.path(k), box]), float(on[solid])))
     found: list[list[Floats]] = [[] for _ in solids]
-    for k in np.flatnonzero(_filled(pieces, owner, surface, cell, on)).tolist():
+    many = np.bincount(owner, minlength=n) > most
+    kept = np.flatnonzero(~many[owner])
+    for k in kept[_filled([pieces[k] for k in kept], owner[kept], surface, cell, on)].tolist():
         pieces[k][:, 3] += pieces[k][:, :3] @ middle[owner[k]]
         found[owner[k]].append(pieces[k])
     return found

@@ -241,6 +241,32 @@ class Polyhedra:
         offset = self.vertex_start[block]
         return [self.face_vertices[self.face_start[f] : self.face_start[f + 1]] - offset for f in range(first, last)]
 
+    def copied(self, blocks: Ints) -> Polyhedra:
+        """Return the geometry of some blocks.
+
+        Parameters
+        ----------
+        blocks : array of int, shape (k,)
+            Which; one may come several times.
+
+        Returns
+        -------
+        Polyhedra
+            Of k blocks in this order.
+        """
+        first_face = np.searchsorted(self.face_block, np.arange(self.n_blocks + 1))
+        n_vertices, n_faces = np.diff(self.vertex_start)[blocks], np.diff(first_face)[blocks]
+        _, vertex = members(self.vertex_start[:-1][blocks], n_vertices)
+        row, face = members(first_face[blocks], n_faces)
+        count = np.diff(self.face_start)[face]
+        owner, corner = members(self.face_start[face], count)
+        start = np.concatenate([[0], np.cumsum(n_vertices)])
+        moved = (start[:-1] - self.vertex_start[:-1][blocks])[row]
+        return Polyhedra(
+            self.vertices[vertex], start, self.face_vertices[corner] + moved[owner],
+            np.concatenate([[0], np.cumsum(count)]), row,
+        )  # fmt: skip
+
     def block_vertices(self, block: int) -> Floats:
         """Return the vertices of one block.
 

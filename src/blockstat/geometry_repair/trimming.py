@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.assembly import Assembly, Block
-from blockstat.contact.tolerance import GAP, allowed_gap
+from blockstat.contact.tolerance import allowed_gap
 from blockstat.errors import InputError
 from blockstat.geometry.convex_pieces import convex_pieces
 from blockstat.geometry.inscribed_ball import inscribed_balls
@@ -26,12 +26,12 @@ ROUNDING = 1e-9
 NOTCH = 0.05
 
 
-def trim_overlaps(assembly: Assembly, pairs: Ints) -> tuple[Assembly, Floats]:
+def trim_overlaps(assembly: Assembly, pairs: Ints, *, gap: float | str) -> tuple[Assembly, Floats]:
     """Cut pairs of overlapping blocks by the plane halfway through the overlap.
 
     The plane is parallel to that face of one of the two from which the overlap is least deep: the normal of the joint.
-    Supports keep their shape, and the block on them loses all of the overlap: up to a plane for each
-    convex piece of the support that reaches into it, the deepest first. Blocks that are cut become convex.
+    Supports keep their shape, and the block on them loses all of the overlap: up to a plane for each convex piece of
+    the support that reaches into it, the deepest first. Blocks that are cut become convex.
 
     Parameters
     ----------
@@ -39,6 +39,8 @@ def trim_overlaps(assembly: Assembly, pairs: Ints) -> tuple[Assembly, Floats]:
         The blocks.
     pairs : array of int, shape (n, 2)
         Which overlap, as `blockstat.overlaps` finds them.
+    gap : float or str
+        The overlap that is none, as it was given there.
 
     Returns
     -------
@@ -57,17 +59,17 @@ def trim_overlaps(assembly: Assembly, pairs: Ints) -> tuple[Assembly, Floats]:
     >>> from blockstat import Assembly, box, overlaps
     >>> blocks = [box((0, 0, 0), (1, 1, 1)), box((0, 0, 1), (1, 1, 2)), box((0, 0, 1.9), (1, 1, 3))]
     >>> stack = Assembly.from_blocks(blocks, supports=[0])
-    >>> trimmed, cut = trim_overlaps(stack, overlaps(stack, gap=0.01)[0])
+    >>> trimmed, cut = trim_overlaps(stack, overlaps(stack, gap=0.01)[0], gap=0.01)
     >>> cut.round(6).tolist(), trimmed.volume.round(6).tolist(), len(overlaps(trimmed, gap=0.01)[0])
     ([0.0, 0.05, 0.05], [1.0, 0.95, 1.05], 0)
     """
     solids = {int(block): _hull(assembly.block_vertices(block)) for block in np.unique(pairs)}
     cut = np.zeros(assembly.n_blocks)
-    gap = allowed_gap(assembly, GAP)
+    allowed = allowed_gap(assembly, gap)
     for a, b in pairs:
         if assembly.support[[a, b]].any():
             support, block = map(int, (a, b) if assembly.support[a] else (b, a))
-            within = float(gap[[a, b]].min() / 2)
+            within = float(allowed[[a, b]].min() / 2)
             pieces = _support_pieces(assembly, support, solids[block], within)
             for _ in pieces:  # each cut parts the block from one of them for good
                 normal, depth, offset = max((_way_out(own, solids[block], within) for own in pieces), key=itemgetter(1))

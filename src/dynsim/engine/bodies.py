@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import near_blocks
 from blockstat.contact.tolerance import GAP, allowed_gap
 from blockstat.errors import InputError
 from blockstat.geometry.triangulation import triangulate
 from blockstat.typing import Floats, Ints
-from dynsim.engine.decompose import FLUSH, convex_pieces
+from dynsim.engine.decompose import FLUSH, Cut, convex_pieces
 from dynsim.engine.filling import fills
 
 #: Right angles and equal edges to this fraction of the block's size make a box.
@@ -53,9 +53,11 @@ def shapes(assembly: Assembly, *, exact: bool = False) -> list[Shape]:
     list of Shape
         One a block.
     """
-    free = ~assembly.support
     bridged = allowed_gap(assembly, GAP)
-    depth = np.minimum(bridged, bridged[free].min(initial=np.inf))
+    depth = bridged.copy()
+    one, two = near_blocks(assembly).T
+    np.minimum.at(depth, one, bridged[two])
+    np.minimum.at(depth, two, bridged[one])
     return [_shape(assembly, block, float(depth[block]), exact) for block in range(assembly.n_blocks)]
 
 
@@ -110,9 +112,8 @@ def _shape(assembly: Assembly, block: int, depth: float, exact: bool) -> Shape:
     if not fills(local[triangulate(local, faces)], [hull], min(FLUSH * assembly.size[block], depth)):
         return Shape(rotation, None, (local[hull.vertices],), moments)
     volume = float(assembly.volume[block])
-    pieces = _pieces(local, faces, float(assembly.size[block]), depth, volume, exact=exact)
-    filled = fills(local[triangulate(local, faces)], [_hull(piece) for piece in pieces], depth)
-    return Shape(rotation, None, pieces, moments, filled)
+    cut = _cut(local, faces, float(assembly.size[block]), depth, volume, exact=exact)
+    return Shape(rotation, None, cut.pieces, moments, cut.filled)
 
 
 def _axes(inertia: Floats, fixed: bool) -> tuple[Floats, Floats]:
@@ -156,19 +157,24 @@ def _hull(points: Floats):
     return ConvexHull(points)
 
 
-def _pieces(
-    local: Floats, faces: Sequence[np.ndarray], size: float, depth: float, volume: float, *, exact: bool
-) -> tuple[Floats, ...]:
+def _cut(local: Floats, faces: Sequence[np.ndarray], size: float, depth: float, volume: float, *, exact: bool) -> Cut:
     """Convex pieces of a concave block: exact cuts, or CoACD (Wei et al. 2022) where those fail."""
-    if exact and (found := convex_pieces(_split_alike(local, faces, size), size, depth, exact=True)) is not None:
-        return tuple(found)
+    if exact and (found := convex_pieces(_split_alike(local, faces, size), size, depth, exact=True)):
+        if not found.filled:
+            return found
     triangles = triangulate(local, faces)
     surfaces = [local[triangles], _split_alike(local, faces, size)]
     if abs(_volume(surfaces[0]) / volume - 1.0) > BENT:
         surfaces.reverse()
-    for most, surface in itertools.product((depth, np.inf), surfaces):
-        if (cut := convex_pieces(surface, size, most)) is not None:
-            return tuple(cut)
+    if np.array_equal(*surfaces):
+        surfaces.pop()
+    first = None
+    for surface in surfaces:
+        if (found := convex_pieces(surface, size, depth)) and not found.filled:
+            return found
+        first = first or found
+    if first:
+        return first
     try:
         import coacd
     except ImportError as error:
@@ -178,7 +184,8 @@ def _pieces(
         ) from error
     coacd.set_log_level("error")
     parts = coacd.run_coacd(coacd.Mesh(local, triangles.astype(np.int32)), threshold=0.02, seed=0)
-    return tuple(np.asarray(vertices)[_hull(np.asarray(vertices)).vertices] for vertices, _ in parts)
+    hulls = [_hull(np.asarray(vertices)) for vertices, _ in parts]
+    return Cut(tuple(hull.points[hull.vertices] for hull in hulls), fills(local[triangles], hulls, depth))
 
 
 def _volume(surface: Floats) -> float:

@@ -16,9 +16,9 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -53,7 +53,14 @@ INSIDE = 0.01
 MOST_PIECES = 40
 
 
-def convex_pieces(surface: Floats, size: float, depth: float, *, exact: bool = False) -> list[Floats] | None:
+class Cut(NamedTuple):
+    """A block in convex pieces."""
+
+    pieces: tuple[Floats, ...]  #: corners of each, shape (k, 3) [m]
+    filled: bool  #: whether they fill recesses that are too deep for it
+
+
+def convex_pieces(surface: Floats, size: float, depth: float, *, exact: bool = False) -> Cut | None:
     """Cut a closed surface into convex pieces.
 
     Parameters
@@ -69,31 +76,35 @@ def convex_pieces(surface: Floats, size: float, depth: float, *, exact: bool = F
 
     Returns
     -------
-    list of arrays of float, shape (k, 3), or None
-        Corners of each piece [m]; None when the surface cannot be cut well.
+    Cut or None
+        The first pieces that fill no deeper recess, or else the first ones; None when the surface cannot be cut well.
     """
     volume = float(np.einsum("ij,ij->i", surface[:, 0], np.cross(surface[:, 1], surface[:, 2])).sum()) / 6
 
-    def good(pieces: Sequence[ConvexHull], error: float) -> bool:
-        alike = abs(sum(hull.volume for hull in pieces) / volume - 1.0) <= error
-        return alike and not fills(surface, pieces, depth)
+    def judged(pieces: Sequence[ConvexHull], error: float) -> Cut | None:
+        if not pieces or abs(sum(hull.volume for hull in pieces) / volume - 1.0) > error:
+            return None
+        return Cut(_corners(pieces), fills(surface, pieces, depth))
 
-    def cut(attempts: Sequence[tuple[float, float, float]]) -> list[Floats] | None:
-        for shallow, near, error in attempts:
-            pieces = _cut_up(surface, shallow * size, near * size, size)
-            if pieces is not None and good(pieces, error):
-                return _corners(pieces)
-        return None
+    def cuts() -> Iterator[Cut | None]:
+        if exact:
+            for shallow, near, error in FINE_CUTS:
+                yield judged(_cut_up(surface, shallow * size, near * size, size), error)
+            yield Cut(tuple(star), False) if (star := star_pieces(surface, size)) else None
+        for shallow, near, error in ATTEMPTS:
+            yield judged(_cut_up(surface, shallow * size, near * size, size), error)
+        yield judged(pieces_between_planes(surface, depth, FLUSH * size, MOST_PIECES), PARTITION)
 
-    kept = cut(FINE_CUTS) or star_pieces(surface, size) if exact else None
-    if found := kept or cut(ATTEMPTS):
-        return found
-    pieces = pieces_between_planes(surface, depth, FLUSH * size) if depth < size else []
-    return _corners(pieces) if 0 < len(pieces) <= MOST_PIECES and good(pieces, PARTITION) else None
+    first = None
+    for found in cuts():
+        if found and not found.filled:
+            return found
+        first = first or found
+    return first
 
 
-def _corners(pieces: Sequence[ConvexHull]) -> list[Floats]:
-    return [hull.points[hull.vertices] for hull in pieces]
+def _corners(pieces: Sequence[ConvexHull]) -> tuple[Floats, ...]:
+    return tuple(hull.points[hull.vertices] for hull in pieces)
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,8 +207,8 @@ def _unite(pieces: Sequence[_Piece], beyond_side: dict[tuple[int, int], frozense
     return list(live.values())
 
 
-def _cut_up(surface: Floats, shallow: float, near: float, size: float) -> list[ConvexHull] | None:
-    """Hulls of the pieces without reflex edges deeper than `shallow` [m]; None if there are too many or flat ones."""
+def _cut_up(surface: Floats, shallow: float, near: float, size: float) -> list[ConvexHull]:
+    """Hulls of the pieces without reflex edges deeper than `shallow` [m]; none if there are too many or flat ones."""
     from scipy.spatial import ConvexHull, QhullError
 
     waiting, done = [surface], []
@@ -209,11 +220,11 @@ def _cut_up(surface: Floats, shallow: float, near: float, size: float) -> list[C
         else:
             waiting += [part for side in _best_cut(soup, *edge, near) for part in _connected(side, size)]
         if len(waiting) + len(done) > MOST_PIECES:
-            return None
+            return []
     try:
         return [ConvexHull(points) for points in done]
     except (QhullError, ValueError):
-        return None
+        return []
 
 
 def _normals(soup: Floats) -> Floats:

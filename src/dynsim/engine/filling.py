@@ -85,7 +85,7 @@ def part_above(soup: Floats, height: Floats) -> Floats:
     return np.concatenate(parts)
 
 
-def pieces_between_planes(surface: Floats, least: float, thin: float) -> list[ConvexHull]:
+def pieces_between_planes(surface: Floats, least: float, thin: float, most: int) -> list[ConvexHull]:
     """Cut a block along the planes of its own faces: it is filled, and nothing beside it.
 
     Parameters
@@ -96,17 +96,22 @@ def pieces_between_planes(surface: Floats, least: float, thin: float) -> list[Co
         Surface that stands out of a plane by no more than this does not call for a cut [m].
     thin : float
         Pieces no thicker than twice this are left out [m].
+    most : int
+        Of pieces.
 
     Returns
     -------
     list of ConvexHull
-        The pieces.
+        The pieces; none where there are more.
     """
     from scipy.spatial import ConvexHull, HalfspaceIntersection
 
     corners = surface.reshape(-1, 3)
     lower, upper = corners.min(axis=0)[None], corners.max(axis=0)[None]
-    found = between_planes([surface], lower, upper, np.array([least]))[0]
+    # As many parts may lie beside the block as in it.
+    found = between_planes([surface], lower, upper, np.array([least]), most=2 * most)[0]
+    if len(found) > most:
+        return []
     start = np.cumsum([0, *map(len, found)])
     planes = np.concatenate([np.empty((0, 4)), *found])
     radius, centre = inscribed_balls(planes[:, :3], planes[:, 3], start)

@@ -106,8 +106,15 @@ def closed_scene(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
         pairs, _ = overlaps(trimmed, gap=interfaces.searched)
         if not len(pairs):
             break
-        trimmed, further = trim_overlaps(trimmed, pairs)
+        trimmed, further = trim_overlaps(trimmed, pairs, gap=interfaces.searched)
         cut = np.maximum(cut, further)
+    else:
+        if len(pairs := overlaps(trimmed, gap=interfaces.searched)[0]):
+            one, two = (assembly.names[block] for block in pairs[0])
+            raise InputError(
+                f'"{assembly.name}": blocks "{one}" and "{two}" still overlap after {PASSES} rounds of cuts for '
+                "Bullet; draw blocks that only touch"
+            )
     if not cut.any():
         return _joined(assembly, interfaces)
     if interfaces.friction is not None:

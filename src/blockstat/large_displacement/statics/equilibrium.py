@@ -8,7 +8,6 @@ import numpy as np
 
 from blockstat.analysis.problem import Problem
 from blockstat.certificate import check as certificate
-from blockstat.geometry.components import connected_components
 from blockstat.large_displacement.displaced.structure import Configuration
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.program.ties import tied_pairs
@@ -94,23 +93,19 @@ def unbalanced(problem: Problem) -> float:
     Returns
     -------
     float
-        The largest force, or moment over the mean size of the free blocks, on a group of blocks that touch each other
-        [mean weights of the free blocks]; 0 where all blocks are held.
+        The largest force, or moment over the mean size of the free blocks, on a block that touches none [mean weights
+        of the free blocks]; 0 where all blocks are held, and infinite where blocks touch each other that nothing holds.
     """
-    if not len(problem.floating):
+    loose = problem.floating
+    if not len(loose):
         return 0.0
-    assembly, load = problem.assembly, problem.load
+    assembly = problem.assembly
+    if np.isin(np.concatenate([problem.interfaces.pair, tied_pairs(assembly)]), loose).any():
+        return np.inf
     free = ~assembly.support
     unit, length = assembly.free_weight / free.sum(), float(assembly.size[free].mean())
-    _, group = connected_components(assembly.n_blocks, np.concatenate([problem.interfaces.pair, tied_pairs(assembly)]))
-    most = 0.0
-    for label in np.unique(group[problem.floating]):
-        own = group == label
-        arm = assembly.centroid[own] - assembly.centroid[own].mean(axis=0)
-        moment = (load[own, 3:] + np.cross(arm, load[own, :3])).sum(axis=0)
-        force = load[own, :3].sum(axis=0)
-        most = max(most, float(np.linalg.norm(force)), float(np.linalg.norm(moment)) / length)
-    return most / unit
+    force, moment = (np.linalg.norm(problem.load[loose, part], axis=1) for part in (slice(3), slice(3, 6)))
+    return float(max(force.max(), moment.max() / length)) / unit
 
 
 def equilibrium_forces(configuration: Configuration, multiplier: float) -> EquilibriumForces:
