@@ -179,10 +179,10 @@ def test_a_ridge_that_touches_the_other_way_is_looked_at():
 
 
 def test_nothing_is_said_of_a_support_of_two_solids_when_its_blocks_are_moved_apart(recwarn):
-    step, block = before_a_step(1.0, -1e-4, lean=0.05)
-    far = prism([(5, -1), (6, -1), (6, 0), (5, 0)], 1.0)
-    corners = np.concatenate([step.vertices, far.vertices])
-    faces = [*step.faces, *([k + len(step.vertices) for k in face] for face in far.faces)]
+    bed, block = flush(5, -1e-4)
+    far = box((5, 0, -1), (6, 1, 0))
+    corners = np.concatenate([bed.vertices, far.vertices])
+    faces = [*bed.faces, *([k + len(bed.vertices) for k in face] for face in far.faces)]
     asm = Assembly.from_blocks([Block(corners, faces), block], supports=[0])
     recwarn.clear()
     find_interfaces(asm)
