@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, InputError, Plan, Step, Tie, assess, capacity, moving_load, read
+from blockstat import Assembly, Block, InputError, Plan, Step, Tie, assess, capacity, moving_load, read, write
 from evidence.scenes.small import assembly, box, stack
 
 CUBE = box((0, 0, 0), (1, 1, 1), name="cube")
@@ -127,6 +127,35 @@ def test_bad_native_file(tmp_path, change, expected):
         read(path)
     assert message(error).startswith(str(path))
     assert expected in message(error)
+
+
+@pytest.mark.parametrize(
+    ("key", "meant"),
+    [
+        ("frction", "friction"), ("Friction", "friction"), ("joint", "joints"), ("tie", "ties"), ("densty", "density"),
+        ("gravty", "gravity"), ("bloks", "blocks"), ("support", "supports"), ("unit", "units"),
+    ],
+)  # fmt: skip
+def test_a_misspelt_key_of_a_native_file_is_refused(tmp_path, key, meant):
+    path = tmp_path / "bad.json"
+    data = {"blocks": [{"vertices": np.array(CUBE.vertices).tolist(), "faces": CUBE.faces}], "supports": [0]}
+    path.write_text(json.dumps({"source": "a survey", **data, key: 0.1}))
+    with pytest.raises(InputError) as error:
+        read(path)
+    assert message(error) == f'{path}: "{key}" is not a key of the file; did you mean "{meant}"?'
+
+
+def test_keys_unlike_those_of_the_native_format_are_kept(tmp_path):
+    path = tmp_path / "kept.json"
+    data = {"blocks": [{"vertices": np.array(CUBE.vertices).tolist(), "faces": CUBE.faces}], "supports": [0]}
+    noted = {"note": "n", "time": 3, "source": [1], "interfaces": {}, "title": "t", "frame": "f", "cases": 2}
+    path.write_text(json.dumps(data | noted))
+    found = read(path)
+    assert found.metadata == noted
+    assert read(write(found, tmp_path / "again.json")).metadata == noted
+    with pytest.raises(InputError, match=r'metadata: "frction" is not a key of the file; did you mean "friction"\?'):
+        write(found.with_(metadata={"frction": 0.1}), tmp_path / "not.json")
+    assert not (tmp_path / "not.json").exists()
 
 
 def test_a_face_with_a_corner_that_does_not_exist():
