@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from blockstat.assembly import Assembly, Block
 from blockstat.errors import InputError, NoSupportError, check_gravity
+from blockstat.io.raw import glb, ply, stl
+from blockstat.io.raw.precision import spacing
 from blockstat.joint import Tie
 from blockstat.typing import Floats
 
@@ -28,6 +31,7 @@ class Parts:
     supports: Sequence[int | str]
     options: dict[str, Any] = field(default_factory=dict)  #: keyword arguments of `Assembly.from_blocks`
     up: str = "z"  #: the axis of the file that points up here, along z
+    spacing: Sequence[float] = ()  #: of numbers in single precision at each block, none for double precision
 
     def assembled(self) -> Assembly:
         """Return the assembly.
@@ -60,7 +64,8 @@ class Parts:
         """
         if metres == 1.0:
             return self
-        return self._mapped(metres * np.eye(3), self.options)
+        spacing = [metres * step for step in self.spacing]
+        return replace(self._mapped(metres * np.eye(3), self.options), spacing=spacing)
 
     def turned(self, up: str | None) -> Parts:
         """Return the same with an axis of the file turned upwards; gravity and ties turn with the blocks.
@@ -276,6 +281,31 @@ def rounding_of(corners: Floats) -> float:
     if (corners != corners.astype(np.float32)).any():
         return 0.0
     return float(2 * np.finfo(np.float32).eps * np.abs(corners).max(initial=0.0))
+
+
+def spacings(path: Path, corners: Sequence[Any]) -> list[float]:
+    """Return how far apart numbers of single precision are at the largest coordinate of each block of a file.
+
+    Parameters
+    ----------
+    path : Path
+        A mesh file that was read.
+    corners : sequence of array of float
+        Of each block, in the unit of the file.
+
+    Returns
+    -------
+    list of float
+        In the unit of the file; zeros where it holds text or numbers of double precision. Of a GLB, whose objects are
+        moved after they are rounded, only the spacing of the places that they are moved to, where these are rounded
+        and differ: one place alone moves all blocks as one.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".glb":
+        rounded = [max(map(abs, place)) for place in glb.places(path) if all(x == np.float32(x) for x in place)]
+        return [spacing(np.array(sorted(rounded)[-2])) if len(rounded) > 1 else 0.0] * len(corners)
+    single = stl.is_binary(path) if suffix == ".stl" else suffix == ".ply" and ply.is_single(path)
+    return [spacing(np.asarray(own, dtype=float)) if single else 0.0 for own in corners]
 
 
 def moved_far_away(corners: Floats) -> float:

@@ -68,6 +68,21 @@ def names(path: Path) -> list[str]:
     return [found[2].decode("utf-8", "replace").strip() for found in LINE.finditer(data) if not found[1]]
 
 
+def is_binary(path: Path) -> bool:
+    """Return whether an STL holds numbers of single precision and no text.
+
+    Parameters
+    ----------
+    path : Path
+        A file that `numbered` takes.
+
+    Returns
+    -------
+    bool
+    """
+    return bool(_binary(path.read_bytes()))
+
+
 def _binary(data: bytes) -> bytes:
     """What a binary file holds: 80 bytes, the number of facets, and 50 bytes a facet; nothing of a text.
 
