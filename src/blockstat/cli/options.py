@@ -196,13 +196,13 @@ def load(
     Warns
     -----
     InputWarning
-        Where units or the axis that is up look wrong, with what to type.
+        Where units, friction or the axis that is up look wrong, with what to type.
     """
     from blockstat.spec import read
 
     chosen = supports.split(",") if supports else None
     assembly = read(path, supports=chosen, units=units, up=up)
-    doubt(assembly, path)
+    doubt(modified(assembly, friction=friction, gravity=None, tilt=None), path)
     return modified(assembly, friction=friction, gravity=gravity, tilt=tilt)
 
 

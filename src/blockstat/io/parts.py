@@ -152,6 +152,8 @@ def _moved(ties: Iterable[Tie], matrix: Floats) -> list[Tie]:
 LONGEST = 25.0
 #: No masonry weighs more [N]: the pyramid of Khufu has 6e9 kg.
 HEAVIEST = 6e10
+ROUGH = 3.0  #: friction above it is none of stone on stone; the tangent of 70 degrees occurs
+LIGHT = 1000.0  #: no earth, rubble or fluid that presses on masonry weighs less [N/m3]
 DENSITIES = (200.0, 20e3)  #: of any building material, from cork to lead twice over [kg/m3]
 
 
@@ -172,7 +174,7 @@ def as_written(up: str) -> Floats:
 
 
 def doubts(assembly: Assembly, *, up: str = "z") -> list[str]:
-    """Return what looks like coordinates in other units or with another axis up, and what to type instead.
+    """Return what looks like numbers in other units or coordinates with another axis up, and what to type instead.
 
     Parameters
     ----------
@@ -188,7 +190,7 @@ def doubts(assembly: Assembly, *, up: str = "z") -> list[str]:
     """
     free = assembly.free
     if not len(free):
-        return []
+        return _odd_numbers(assembly)
     corners = assembly.vertices
     first = assembly.vertex_start[:-1]
     size = (np.maximum.reduceat(corners, first) - np.minimum.reduceat(corners, first))[free].max(axis=1)
@@ -210,7 +212,23 @@ def doubts(assembly: Assembly, *, up: str = "z") -> list[str]:
     if (low < DENSITIES[0] or high > DENSITIES[1]) and not low == high == 1.0:  # 1 stands for no density at all
         given = f"the density is {low:g}" if low == high else f"densities go from {low:g} to {high:g}"
         found.append(f"{given} kg/m3; that of a file is in kg/m3")
-    return found + _sideways(assembly, up)
+    return found + _odd_numbers(assembly) + _sideways(assembly, up)
+
+
+def _odd_numbers(assembly: Assembly) -> list[str]:
+    """Doubt friction that may be an angle, and weights of fill and fluids that may be in kN/m3."""
+    laws = [(f'friction between "{law.between[0]}" and "{law.between[1]}"', law.friction) for law in assembly.joints]
+    found = []
+    for what, value in [("friction", assembly.friction), *laws]:
+        if value is not None and ROUGH < value < np.inf:
+            angle = f": {value:g} degrees are {np.tan(np.radians(value)):.3g}" if value < 90 else ""
+            found.append(f"{what} is {value:g}; it is the tangent of an angle{angle}")
+    loads = assembly.metadata.get("loads")
+    for name, table in loads.items() if isinstance(loads, dict) else ():
+        weight = table.get("unit_weight") if isinstance(table, dict) else None
+        if isinstance(weight, (int, float)) and 0 < weight < LIGHT:
+            found.append(f"loads.{name}.unit_weight is {weight:g} N/m3; if it is in kN/m3, give {1e3 * weight:g}")
+    return found
 
 
 def _sideways(assembly: Assembly, up: str) -> list[str]:
