@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from blockstat import Assembly, Block, InputError, Plan, Step, Tie, assess, capacity, moving_load, read, write
+from blockstat.spec.files import load_file
 from evidence.scenes.small import assembly, box, stack
 
 CUBE = box((0, 0, 0), (1, 1, 1), name="cube")
@@ -173,6 +174,16 @@ def test_broken_json_names_the_line(tmp_path):
 def test_missing_file(tmp_path):
     with pytest.raises(InputError, match=r"gone\.json: no such file"):
         read(tmp_path / "gone.json")
+    with pytest.raises(InputError, match=r"^the name of a file is empty$"):
+        read("")
+
+
+def test_a_file_of_loads_without_a_line_is_empty(tmp_path):
+    path = tmp_path / "loads.toml"
+    path.write_text("# none\n")
+    with pytest.raises(InputError) as error:
+        load_file(path)
+    assert message(error) == f"{path}: the file is empty"
 
 
 def test_unknown_format(tmp_path):

@@ -175,6 +175,15 @@ def test_a_face_of_an_obj_without_corners_is_named_by_its_line(tmp_path):
             call(path)
 
 
+@pytest.mark.parametrize("corner", [9, 0, -9])
+def test_a_face_of_an_obj_with_a_corner_that_does_not_exist_says_which(tmp_path, corner):
+    path = tmp_path / "cut.obj"
+    path.write_text("\n".join([*obj_lines(STONE), f"f 1 2 {corner}"]))  # a cube has eight
+    with pytest.raises(InputError) as error:
+        read(path, supports=[0])
+    assert str(error.value) == f"{path}: line 15: a face has the corner {corner}, and 8 vertices come before it"
+
+
 def test_a_line_of_an_obj_goes_on_after_a_backslash(tmp_path):
     path = tmp_path / "w.obj"
     lines = obj_lines(STONE)
@@ -207,6 +216,22 @@ def test_what_follows_a_binary_stl_is_not_left_out(fill, tmp_path):
     path.write_bytes(path.read_bytes() + fill)
     with pytest.raises(InputError):
         read(path, supports=[0])
+
+
+@pytest.mark.filterwarnings("ignore:.*does not keep")
+def test_a_binary_stl_that_is_cut_short_says_so(tmp_path):
+    path = write(cube(), tmp_path / "w.stl")
+    data = path.read_bytes()  # a cube has 12 triangles, of 50 bytes after the first 84
+    assert data[80:84] == bytes([12, 0, 0, 0])
+    for kept, told in (
+        (84 + 50 * 11 + 49, "it says that it has 12 facets, and holds 11"),
+        (84, "it says that it has 12 facets, and holds 0"),
+        (83, "it has 83 bytes, and a binary STL begins with 84 before a facet"),
+    ):
+        path.write_bytes(data[:kept])
+        with pytest.raises(InputError) as error:
+            read(path, supports=[0])
+        assert str(error.value) == f"{path}: it is cut short: {told}"
 
 
 def test_a_mirrored_element_of_compas_is_a_solid(tmp_path):
