@@ -14,6 +14,7 @@ from blockstat.typing import Floats
 MOST_TOLD = 20  #: errors that one message tells
 HUGE = 1e30  #: no length, density, acceleration or force of a building comes near it
 ROUGHEST = 1e6  #: the largest coefficient of friction that is finite: cones that are wider lose the digits of forces
+NAMELESS = "the name of a file is empty"
 TOO_ROUGH = "friction is {!r}; it must be at most 1e6, or inf for no sliding"
 
 

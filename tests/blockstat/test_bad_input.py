@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, InputError, Plan, Step, Tie, assess, capacity, moving_load, read
+from blockstat import Assembly, Block, InputError, Plan, Step, Tie, assess, capacity, moving_load, read, write
+from blockstat.spec.files import load_file
 from evidence.scenes.small import assembly, box, stack
 
 CUBE = box((0, 0, 0), (1, 1, 1), name="cube")
@@ -129,6 +130,35 @@ def test_bad_native_file(tmp_path, change, expected):
     assert expected in message(error)
 
 
+@pytest.mark.parametrize(
+    ("key", "meant"),
+    [
+        ("frction", "friction"), ("Friction", "friction"), ("joint", "joints"), ("tie", "ties"), ("densty", "density"),
+        ("gravty", "gravity"), ("bloks", "blocks"), ("support", "supports"), ("unit", "units"),
+    ],
+)  # fmt: skip
+def test_a_misspelt_key_of_a_native_file_is_refused(tmp_path, key, meant):
+    path = tmp_path / "bad.json"
+    data = {"blocks": [{"vertices": np.array(CUBE.vertices).tolist(), "faces": CUBE.faces}], "supports": [0]}
+    path.write_text(json.dumps({"source": "a survey", **data, key: 0.1}))
+    with pytest.raises(InputError) as error:
+        read(path)
+    assert message(error) == f'{path}: "{key}" is not a key of the file; did you mean "{meant}"?'
+
+
+def test_keys_unlike_those_of_the_native_format_are_kept(tmp_path):
+    path = tmp_path / "kept.json"
+    data = {"blocks": [{"vertices": np.array(CUBE.vertices).tolist(), "faces": CUBE.faces}], "supports": [0]}
+    noted = {"note": "n", "time": 3, "source": [1], "interfaces": {}, "title": "t", "frame": "f", "cases": 2}
+    path.write_text(json.dumps(data | noted))
+    found = read(path)
+    assert found.metadata == noted
+    assert read(write(found, tmp_path / "again.json")).metadata == noted
+    with pytest.raises(InputError, match=r'metadata: "frction" is not a key of the file; did you mean "friction"\?'):
+        write(found.with_(metadata={"frction": 0.1}), tmp_path / "not.json")
+    assert not (tmp_path / "not.json").exists()
+
+
 def test_a_face_with_a_corner_that_does_not_exist():
     with pytest.raises(InputError, match='block "cube": face 0 is'):
         build(faces=[[0, 3, 2, 9], *CUBE.faces[1:]])
@@ -144,6 +174,16 @@ def test_broken_json_names_the_line(tmp_path):
 def test_missing_file(tmp_path):
     with pytest.raises(InputError, match=r"gone\.json: no such file"):
         read(tmp_path / "gone.json")
+    with pytest.raises(InputError, match=r"^the name of a file is empty$"):
+        read("")
+
+
+def test_a_file_of_loads_without_a_line_is_empty(tmp_path):
+    path = tmp_path / "loads.toml"
+    path.write_text("# none\n")
+    with pytest.raises(InputError) as error:
+        load_file(path)
+    assert message(error) == f"{path}: the file is empty"
 
 
 def test_unknown_format(tmp_path):

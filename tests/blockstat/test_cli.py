@@ -71,6 +71,8 @@ def test_an_unstable_answer_names_what_moves_and_exits_with_zero(tmp_path):
     ("arguments", "expected"),
     [
         (["check", "gone.json"], "gone.json: no such file"),
+        (["check", ""], "blockstat: the name of a file is empty\n"),
+        (["sequence", "{stones}", "--plan", "gone.json"], "blockstat: gone.json: no such file\n"),
         (["check", "{stones}", "--friction", "-1"], "friction is -1.0"),
         (["check", "{stones}", "--gravity", "1,2"], '--gravity is "1,2"; it must read GX,GY,GZ'),
         (["check", "{stones}", "--tilt", "w,5"], '--tilt is "w,5"'),

@@ -365,6 +365,30 @@ def test_doubts_begin_at_their_thresholds():
     assert doubts(assembly([box((0, 0, 0), (99, 1, 1))])) == []  # nothing is free
 
 
+def test_friction_that_may_be_an_angle_and_weights_that_may_be_in_kilonewtons_are_doubted():
+    blocks = [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 1))]
+    asm = assembly(blocks)
+    for friction in (0.0, 3.0, np.inf):
+        assert doubts(asm.with_(friction=friction)) == []
+    # tan 30 degrees is 1 / sqrt(3).
+    assert doubts(asm.with_(friction=30.0)) == ["friction is 30; it is the tangent of an angle: 30 degrees are 0.577"]
+    assert doubts(asm.with_(friction=100.0)) == ["friction is 100; it is the tangent of an angle"]
+    laws = [JointLaw(("*", "*"), friction=45), JointLaw(("*", "*"), cohesion=1.0)]
+    assert doubts(asm.with_(joints=laws)) == [
+        'friction between "*" and "*" is 45; it is the tangent of an angle: 45 degrees are 1'
+    ]
+    loads = {
+        "rubble": {"kind": "fill", "level": 2, "unit_weight": 18},
+        "clay": {"kind": "fill", "level": 2, "unit_weight": 1000.0},
+        "wind": {"kind": "body", "force": [1, 0, 0]},
+        "forces": np.zeros((2, 6)),
+    }
+    told = ["loads.rubble.unit_weight is 18 N/m3; if it is in kN/m3, give 18000"]
+    assert doubts(asm.with_(metadata={"loads": loads})) == told
+    assert doubts(asm.with_(metadata={"loads": loads}, support=np.ones(2, dtype=bool))) == told
+    assert doubts(asm.with_(metadata={"loads": "none"})) == []
+
+
 @pytest.mark.parametrize(("axis", "sign"), [(0, 1), (0, -1), (1, 1), (1, -1)])
 def test_blocks_beside_their_supports_are_doubted_along_their_axis(axis, sign):
     def row(shift=0.0, rise=0.0, **options):

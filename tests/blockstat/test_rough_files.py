@@ -1,12 +1,13 @@
 """Files as exporters and scanners leave them: facets without area, turned or doubled ones, lines that go on."""
 
 import json
+import warnings
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, assess, box, read, repair, write
+from blockstat import Assembly, InputError, InputWarning, assess, box, read, repair, write
 from blockstat.io.mesh import mesh_parts
 from blockstat.io.obj import read_obj
 from blockstat.io.raw.runs import closed_runs, is_closed
@@ -174,6 +175,15 @@ def test_a_face_of_an_obj_without_corners_is_named_by_its_line(tmp_path):
             call(path)
 
 
+@pytest.mark.parametrize("corner", [9, 0, -9])
+def test_a_face_of_an_obj_with_a_corner_that_does_not_exist_says_which(tmp_path, corner):
+    path = tmp_path / "cut.obj"
+    path.write_text("\n".join([*obj_lines(STONE), f"f 1 2 {corner}"]))  # a cube has eight
+    with pytest.raises(InputError) as error:
+        read(path, supports=[0])
+    assert str(error.value) == f"{path}: line 15: a face has the corner {corner}, and 8 vertices come before it"
+
+
 def test_a_line_of_an_obj_goes_on_after_a_backslash(tmp_path):
     path = tmp_path / "w.obj"
     lines = obj_lines(STONE)
@@ -206,6 +216,22 @@ def test_what_follows_a_binary_stl_is_not_left_out(fill, tmp_path):
     path.write_bytes(path.read_bytes() + fill)
     with pytest.raises(InputError):
         read(path, supports=[0])
+
+
+@pytest.mark.filterwarnings("ignore:.*does not keep")
+def test_a_binary_stl_that_is_cut_short_says_so(tmp_path):
+    path = write(cube(), tmp_path / "w.stl")
+    data = path.read_bytes()  # a cube has 12 triangles, of 50 bytes after the first 84
+    assert data[80:84] == bytes([12, 0, 0, 0])
+    for kept, told in (
+        (84 + 50 * 11 + 49, "it says that it has 12 facets, and holds 11"),
+        (84, "it says that it has 12 facets, and holds 0"),
+        (83, "it has 83 bytes, and a binary STL begins with 84 before a facet"),
+    ):
+        path.write_bytes(data[:kept])
+        with pytest.raises(InputError) as error:
+            read(path, supports=[0])
+        assert str(error.value) == f"{path}: it is cut short: {told}"
 
 
 def test_a_mirrored_element_of_compas_is_a_solid(tmp_path):
@@ -307,3 +333,85 @@ def test_primitives_of_a_glb_that_are_several_stones_are_not_joined(far, tmp_pat
     change_glb(path, lambda content: in_primitives(content, (6, 12, 6)))
     with pytest.raises(InputError):
         read(path, supports=[0])
+
+
+def far_away(path, x, *, places=None):
+    """Two cubes of 1 m on each other, at x, in single precision; in a GLB perhaps moved there by their nodes."""
+    import trimesh
+
+    meshes = []
+    for block in (GROUND, STONE):
+        corners = np.array(block.vertices, dtype=float) + (0.0 if places else x, 0.0, 0.0)
+        meshes.append(trimesh.Trimesh(corners, np.array(block.faces)[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)))
+    if path.suffix != ".glb":
+        trimesh.util.concatenate(meshes).export(path)
+        return path
+    scene = trimesh.Scene()
+    for k, mesh in enumerate(meshes):
+        transform = np.eye(4)
+        transform[0, 3] = places[k] if places else 0.0
+        scene.add_geometry(mesh, node_name=str(k), transform=transform)
+    scene.export(path)
+    return path
+
+
+def silent(path, **options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", InputWarning)
+        return read(path, supports=[0], **options)
+
+
+ADVICE = "export the model about a local origin, or in double precision (.obj)"
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".ply", ".glb"])
+def test_single_precision_far_from_the_origin_is_told_and_refused_where_it_loses_joints(tmp_path, suffix):
+    # From 2^k to 2^(k + 1) numbers with 24 binary digits are 2^(k - 23) apart; joints of these cubes may be open by
+    # 10 mm, and do not quite close from 1 mm.
+    up = {"up": "z"} if suffix == ".glb" else {}
+    assert silent(far_away(tmp_path / f"near{suffix}", 2.0**14 - 2), **up).volume.tolist() == [1.0, 1.0]  # 2^-10 m
+    for x, told in ((2.0**14, "1.95 mm apart, 0.002 "), (2.0**17 - 2, "7.81 mm apart, 0.0078 ")):
+        path = far_away(tmp_path / f"far{suffix}", x)
+        with pytest.warns(InputWarning, match="single precision") as found:
+            assert read(path, supports=[0], **up).volume.tolist() == [1.0, 1.0]
+        text = str(found[0].message)
+        assert text.startswith(f"{path}: the coordinates are in single precision, and so far from the origin")
+        assert f"its numbers are {told}of the size of block" in text
+        assert text.endswith(f"; joints open by as much: {ADVICE}")
+    path = far_away(tmp_path / f"lost{suffix}", 2.0**17)
+    with pytest.raises(InputError) as error:
+        read(path, supports=[0], **up)
+    assert str(error.value).startswith(f"{path}: the coordinates are in single precision")
+    assert "its numbers are 15.6 mm apart, 0.016 of the size of block" in str(error.value)
+    assert str(error.value).endswith(f"; joints are lost in that: {ADVICE}")
+    with pytest.raises(InputError, match=r"its numbers are 0\.0156 mm apart, 0\.016 of the size"):
+        read(path, supports=[0], units="mm", **up)
+
+
+def test_text_and_double_precision_far_from_the_origin_are_read_as_they_are(tmp_path):
+    x = 4812345.25
+    moved = [type(own)(np.array(own.vertices, dtype=float) + (x, 0, 0), own.faces, "") for own in (GROUND, STONE)]
+    facets = [facet for own in moved for facet in triangles(own)]
+    asm = Assembly.from_blocks(moved, supports=[0])
+    double = ply(tmp_path / "t.ply", facets)
+    double.write_text(double.read_text().replace("property float", "property double"))
+    for path in (stl(tmp_path / "t.stl", facets), double, write(asm, tmp_path / "t.obj")):
+        found = silent(path)
+        np.testing.assert_allclose(found.volume, 1.0, rtol=1e-8)
+        assert found.vertices[:, 0].min() == x
+    with pytest.raises(InputError, match="single precision"):
+        silent(ply(tmp_path / "single.ply", facets))
+
+
+def test_a_directory_and_the_places_of_objects_far_from_the_origin_are_judged_too(tmp_path):
+    (tmp_path / "stones").mkdir()
+    write(Assembly.from_blocks([GROUND], supports=[0]), tmp_path / "stones" / "a.stl")
+    far = np.array(STONE.vertices, dtype=float) + (2.0**17, 0, 0)
+    with pytest.warns(InputWarning):
+        write(Assembly.from_blocks([STONE], supports=[0]).with_(vertices=far), tmp_path / "stones" / "b.stl")
+    with pytest.raises(InputError, match=r'15\.6 mm apart, 0\.016 of the size of block "b"; joints are lost'):
+        read(tmp_path / "stones", supports=[0])
+    with pytest.raises(InputError, match=r"15\.6 mm apart"):
+        silent(far_away(tmp_path / "own.glb", 0.0, places=(2.0**17, 2.0**17 + 1)), up="z")
+    one = silent(far_away(tmp_path / "one.glb", 0.0, places=(2.0**17, 2.0**17)), up="z")  # moved as one
+    assert one.vertices[:, 0].min() == 2.0**17

@@ -1,4 +1,4 @@
 """Files of blocks in and out, and scene files.
 
-This room imports the root, `geometry` and `system`.
+This room imports the root, `contact`, `geometry` and `system`.
 """

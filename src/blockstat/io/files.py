@@ -50,7 +50,13 @@ def read_parts(path: str | Path, *, supports: Iterable[int | str] | None = None,
     Raises
     ------
     InputError
-        Naming a file that does not exist or cannot be read.
+        Naming a file that does not exist or cannot be read, or is so far from the origin that single precision loses
+        its joints.
+
+    Warns
+    -----
+    InputWarning
+        Where single precision opens joints.
     """
     path = Path(path)
     if not path.is_dir() and path.suffix.lower() not in READABLE:
@@ -67,7 +73,7 @@ def _parts(path: Path, supports: Iterable[int | str] | None, units: str | None) 
     if path.is_dir():
         from blockstat.io.folder import folder_parts
 
-        return folder_parts(path, supports=supports).scaled(metres)
+        return _checked(path, folder_parts(path, supports=supports).scaled(metres))
     check_file(path)
     if not path.stat().st_size:
         raise InputError("the file is empty")
@@ -81,7 +87,16 @@ def _parts(path: Path, supports: Iterable[int | str] | None, units: str | None) 
         return native_parts(data, path.stem, supports=supports, units=units).scaled(metres)
     from blockstat.io.mesh import mesh_parts
 
-    return mesh_parts(path, supports=supports).scaled(metres)
+    return _checked(path, mesh_parts(path, supports=supports).scaled(metres))
+
+
+def _checked(path: Path, parts: Parts) -> Parts:
+    """The same, where single precision leaves its joints."""
+    from blockstat.io.raw.precision import check_spacing
+
+    if parts.spacing:
+        check_spacing(path, parts.blocks, parts.spacing)
+    return parts
 
 
 def blaming(path: Path, call: Callable[[], T]) -> T:

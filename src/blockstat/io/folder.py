@@ -16,7 +16,7 @@ from blockstat.assembly import Block
 from blockstat.errors import InputError, InputWarning, gathered, some
 from blockstat.io.mesh import block_mesh, read_whole
 from blockstat.io.names import distinct_names
-from blockstat.io.parts import Parts, chosen_supports
+from blockstat.io.parts import Parts, chosen_supports, spacings
 from blockstat.system.writing import written_whole
 
 if TYPE_CHECKING:
@@ -72,7 +72,8 @@ def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> 
         Block(vertices, faces, name, group)
         for (vertices, faces), name, group in zip(surfaces, labels, groups, strict=True)
     ]
-    return Parts(blocks, chosen, {"name": path.name})
+    apart = [spacings(file, [vertices])[0] for file, (vertices, _) in zip(files, surfaces, strict=True)]
+    return Parts(blocks, chosen, {"name": path.name}, spacing=apart)
 
 
 def _surface(path: Path, file: Path) -> tuple[np.ndarray, list[list[int]]]:

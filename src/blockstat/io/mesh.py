@@ -23,8 +23,8 @@ from blockstat.geometry.components import connected_components
 from blockstat.geometry.triangulation import triangulate
 from blockstat.io.names import distinct_names
 from blockstat.io.obj import read_obj, split_solids, write_obj
-from blockstat.io.parts import Parts, chosen_supports, is_marked, moved_far_away, rounding_of
-from blockstat.io.raw import glb, ply, stl
+from blockstat.io.parts import Parts, chosen_supports, is_marked, moved_far_away, rounding_of, spacings
+from blockstat.io.raw import glb, ply, precision, stl
 from blockstat.io.raw.runs import closed_runs, with_cavities
 from blockstat.system.reading import check_file
 from blockstat.typing import Floats, Ints
@@ -94,7 +94,9 @@ def mesh_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> Pa
     ]
     options = {key: shared[key] for key in ("friction", "gravity") if key in shared}
     up = "y" if path.suffix.lower() == ".glb" else "z"
-    return Parts(blocks, chosen, {"name": path.stem, **options}, up)
+    far = spacings(path, [solid.vertices for solid in solids])
+    apart = [max(own, solid.spacing) for own, solid in zip(far, solids, strict=True)]
+    return Parts(blocks, chosen, {"name": path.stem, **options}, up, apart)
 
 
 @dataclass(frozen=True)
@@ -103,6 +105,7 @@ class _Solid:
     vertices: Any
     faces: list[list[int]]
     extras: dict[str, Any]
+    spacing: float = 0.0  #: of numbers in single precision before the object was moved to its place
 
 
 def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
@@ -180,7 +183,8 @@ def _of_node(scene: trimesh.Scene, node: str, suffix: str, given: str, otherwise
         part.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(part))
     labels = [f"{name}.{number}" for number in range(len(parts))] if len(parts) > 1 else [name]
     surfaces = map(_polygons, parts, rounding)
-    return [_Solid(label, *surface, extras=extras) for label, surface in zip(labels, surfaces, strict=True)]
+    far = precision.spacing(raw, scale) if of_glb else 0.0
+    return [_Solid(label, *surface, extras, far) for label, surface in zip(labels, surfaces, strict=True)]
 
 
 def loaded(path: Path, load: Callable[..., Any]) -> Any:

@@ -5,7 +5,8 @@
      ties?: [{between: [block, block], points: [[x, y, z], [x, y, z]], least?, greatest?, strut?, name?}],
      blocks: [{name, group?, density?, vertices: [[x, y, z]], faces: [[i, j, k, ...]]}]}
 
-Other keys of the object itself are kept as metadata; those of a block, a joint or a tie are refused.
+Other keys of the object itself are kept as metadata, but for those that are nearly one of these ("frction"), which are
+refused; those of a block, a joint or a tie are refused.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable
+from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -67,6 +69,11 @@ class _Record(msgspec.Struct):
     supports: list[int | str] = []
     joints: list[_JointRecord] = []
     ties: list[_TieRecord] = []
+
+
+KNOWN = tuple(field.name for field in msgspec.structs.fields(_Record))
+#: Likeness to a known key, twice the letters in common over those of both, from which another key is it misspelt.
+LIKE = 0.8
 
 
 def load_json(path: Path) -> Any:
@@ -125,7 +132,8 @@ def native_parts(
     Raises
     ------
     InputError
-        With the key of a bad value or an unknown key of a block, joint or tie, or for other units than the file's.
+        With the key of a bad value, an unknown key of a block, joint or tie, or one that is nearly a known one, or for
+        other units than the file's.
 
     Warns
     -----
@@ -134,6 +142,8 @@ def native_parts(
     """
     if not isinstance(data, dict):
         raise InputError(f'the file holds a {type(data).__name__}; an object with "blocks" is needed')
+    if wrong := _misspelt(data):
+        raise InputError(*wrong)
     try:
         record = msgspec.convert(data, _Record)
     except msgspec.ValidationError:
@@ -142,7 +152,6 @@ def native_parts(
         raise InputError(f'units are "{record.units}"; only "m" is read unless others are asked for')
     if units is not None and data.get("units", units) != units:
         raise InputError(f'units are "{record.units}" in the file and "{units}" were asked for')
-    known = {field.name for field in msgspec.structs.fields(_Record)}
     given = [b.name for b in record.blocks]
     chosen = record.supports if supports is None else chosen_supports([], supports, given, "the file")
     names = distinct_names(given, chosen)
@@ -159,11 +168,17 @@ def native_parts(
             "name": record.name or name,
             **{key: getattr(record, key) for key in ("density", "gravity") if key in data},
             "friction": record.friction,
-            "metadata": {key: value for key, value in data.items() if key not in known},
+            "metadata": {key: value for key, value in data.items() if key not in KNOWN},
             "joints": joints,
             "ties": ties,
         },
     )
+
+
+def _misspelt(data: Iterable[Any]) -> list[str]:
+    """What is wrong with keys that are none of the format's, but nearly so: they would be kept and not heeded."""
+    near = {str(key): get_close_matches(str(key).lower(), KNOWN, 1, LIKE) for key in data if key not in KNOWN}
+    return [f'"{key}" is not a key of the file; did you mean "{found[0]}"?' for key, found in near.items() if found]
 
 
 def _in_words(text: str, data: dict[str, Any]) -> str:
@@ -192,8 +207,10 @@ def write_json(assembly: Assembly, path: Path, *, units: str = "m") -> None:
     Raises
     ------
     InputError
-        For metadata that JSON cannot hold.
+        For metadata that JSON cannot hold, or whose key is nearly one of the format's, which no reader would take.
     """
+    if wrong := _misspelt(assembly.metadata):
+        raise InputError(*(f"metadata: {text}" for text in wrong))
     blocks = []
     for i, name in enumerate(assembly.names):
         block: dict[str, Any] = {"name": name}

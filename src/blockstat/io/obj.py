@@ -68,15 +68,13 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
                 x, y, z = map(float, rest[:3])
                 vertices.append((x, y, z))
             elif word == "f":
-                corners = [int(item.split("/")[0]) for item in rest]
-                corners = [c - 1 if c > 0 else len(vertices) + c for c in corners]
-                if not corners or not all(0 <= c < len(vertices) for c in corners):
-                    raise ValueError
-                faces.append((len(labels["o"]), len(labels["g"]), corners))
+                faces.append((len(labels["o"]), len(labels["g"]), _corners(rest, len(vertices))))
             elif word in labels:
                 labels[word].append(" ".join(line.split()[1:]))
             elif line.startswith(NOTE):
                 notes.setdefault(len(labels["o"]), dict(json.loads(line[len(NOTE) - 1 :])))
+        except InputError as error:
+            wrong.append(f"line {number}: {error}")
         except (ValueError, RecursionError):  # a note may be nested without end
             wrong.append(f'line {number}: cannot be read as "{word or "# blockstat"}" of an OBJ file')
             if word == "v":  # faces count the corners
@@ -100,6 +98,17 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
         extras |= notes.get(number, {}) if objects and number else {}
         solids.append(_solid(str(extras["name"]), vertices, found, extras))
     return solids, notes.get(0, {})
+
+
+def _corners(items: list[str], n_vertices: int) -> list[int]:
+    """Corners of a face, which counts from one, or backwards from the last vertex before it."""
+    given = [int(item.split("/")[0]) for item in items]
+    if not given:
+        raise ValueError
+    for corner in given:
+        if not 1 <= abs(corner) <= n_vertices:
+            raise InputError(f"a face has the corner {corner}, and {n_vertices} vertices come before it")
+    return [c - 1 if c > 0 else n_vertices + c for c in given]
 
 
 def _lines(text: str) -> Iterator[tuple[int, str]]:

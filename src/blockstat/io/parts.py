@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from blockstat.assembly import Assembly, Block
 from blockstat.errors import InputError, NoSupportError, check_gravity
+from blockstat.io.raw import glb, ply, stl
+from blockstat.io.raw.precision import spacing
 from blockstat.joint import Tie
 from blockstat.typing import Floats
 
@@ -28,6 +31,7 @@ class Parts:
     supports: Sequence[int | str]
     options: dict[str, Any] = field(default_factory=dict)  #: keyword arguments of `Assembly.from_blocks`
     up: str = "z"  #: the axis of the file that points up here, along z
+    spacing: Sequence[float] = ()  #: of numbers in single precision at each block, none for double precision
 
     def assembled(self) -> Assembly:
         """Return the assembly.
@@ -60,7 +64,8 @@ class Parts:
         """
         if metres == 1.0:
             return self
-        return self._mapped(metres * np.eye(3), self.options)
+        spacing = [metres * step for step in self.spacing]
+        return replace(self._mapped(metres * np.eye(3), self.options), spacing=spacing)
 
     def turned(self, up: str | None) -> Parts:
         """Return the same with an axis of the file turned upwards; gravity and ties turn with the blocks.
@@ -147,6 +152,8 @@ def _moved(ties: Iterable[Tie], matrix: Floats) -> list[Tie]:
 LONGEST = 25.0
 #: No masonry weighs more [N]: the pyramid of Khufu has 6e9 kg.
 HEAVIEST = 6e10
+ROUGH = 3.0  #: friction above it is none of stone on stone; the tangent of 70 degrees occurs
+LIGHT = 1000.0  #: no earth, rubble or fluid that presses on masonry weighs less [N/m3]
 DENSITIES = (200.0, 20e3)  #: of any building material, from cork to lead twice over [kg/m3]
 
 
@@ -167,7 +174,7 @@ def as_written(up: str) -> Floats:
 
 
 def doubts(assembly: Assembly, *, up: str = "z") -> list[str]:
-    """Return what looks like coordinates in other units or with another axis up, and what to type instead.
+    """Return what looks like numbers in other units or coordinates with another axis up, and what to type instead.
 
     Parameters
     ----------
@@ -183,7 +190,7 @@ def doubts(assembly: Assembly, *, up: str = "z") -> list[str]:
     """
     free = assembly.free
     if not len(free):
-        return []
+        return _odd_numbers(assembly)
     corners = assembly.vertices
     first = assembly.vertex_start[:-1]
     size = (np.maximum.reduceat(corners, first) - np.minimum.reduceat(corners, first))[free].max(axis=1)
@@ -205,7 +212,23 @@ def doubts(assembly: Assembly, *, up: str = "z") -> list[str]:
     if (low < DENSITIES[0] or high > DENSITIES[1]) and not low == high == 1.0:  # 1 stands for no density at all
         given = f"the density is {low:g}" if low == high else f"densities go from {low:g} to {high:g}"
         found.append(f"{given} kg/m3; that of a file is in kg/m3")
-    return found + _sideways(assembly, up)
+    return found + _odd_numbers(assembly) + _sideways(assembly, up)
+
+
+def _odd_numbers(assembly: Assembly) -> list[str]:
+    """Doubt friction that may be an angle, and weights of fill and fluids that may be in kN/m3."""
+    laws = [(f'friction between "{law.between[0]}" and "{law.between[1]}"', law.friction) for law in assembly.joints]
+    found = []
+    for what, value in [("friction", assembly.friction), *laws]:
+        if value is not None and ROUGH < value < np.inf:
+            angle = f": {value:g} degrees are {np.tan(np.radians(value)):.3g}" if value < 90 else ""
+            found.append(f"{what} is {value:g}; it is the tangent of an angle{angle}")
+    loads = assembly.metadata.get("loads")
+    for name, table in loads.items() if isinstance(loads, dict) else ():
+        weight = table.get("unit_weight") if isinstance(table, dict) else None
+        if isinstance(weight, (int, float)) and 0 < weight < LIGHT:
+            found.append(f"loads.{name}.unit_weight is {weight:g} N/m3; if it is in kN/m3, give {1e3 * weight:g}")
+    return found
 
 
 def _sideways(assembly: Assembly, up: str) -> list[str]:
@@ -276,6 +299,31 @@ def rounding_of(corners: Floats) -> float:
     if (corners != corners.astype(np.float32)).any():
         return 0.0
     return float(2 * np.finfo(np.float32).eps * np.abs(corners).max(initial=0.0))
+
+
+def spacings(path: Path, corners: Sequence[Any]) -> list[float]:
+    """Return how far apart numbers of single precision are at the largest coordinate of each block of a file.
+
+    Parameters
+    ----------
+    path : Path
+        A mesh file that was read.
+    corners : sequence of array of float
+        Of each block, in the unit of the file.
+
+    Returns
+    -------
+    list of float
+        In the unit of the file; zeros where it holds text or numbers of double precision. Of a GLB, whose objects are
+        moved after they are rounded, only the spacing of the places that they are moved to, where these are rounded
+        and differ: one place alone moves all blocks as one.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".glb":
+        rounded = [max(map(abs, place)) for place in glb.places(path) if all(x == np.float32(x) for x in place)]
+        return [spacing(np.array(sorted(rounded)[-2])) if len(rounded) > 1 else 0.0] * len(corners)
+    single = stl.is_binary(path) if suffix == ".stl" else suffix == ".ply" and ply.is_single(path)
+    return [spacing(np.asarray(own, dtype=float)) if single else 0.0 for own in corners]
 
 
 def moved_far_away(corners: Floats) -> float:

@@ -143,7 +143,7 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         if isinstance(error, InputError):
-            raise InputError(f"{path}: {error}") from None
+            raise InputError(str(error) if str(error).startswith(f"{path}: ") else f"{path}: {error}") from None
         raise InputError(f'{path}: a plan is JSON with "steps", a list of {{"install": [], "hold": []}}') from None
     return plan
 

@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from blockstat.assembly import Assembly
-from blockstat.errors import InputError, gathered, known_options
+from blockstat.errors import NAMELESS, InputError, gathered, known_options
 from blockstat.io.files import blaming, read_parts
 from blockstat.spec.compose import build
 from blockstat.spec.composition import load_tables
@@ -66,8 +66,6 @@ def load_scene(path: str | Path, *, folder: str | Path | None = None) -> Scene:
     if path.suffix.lower() in BLOCKS:
         raise InputError(f"{path}: a scene file (.toml) is needed; this holds blocks, which have no parameters")
     data = _tables(path)
-    if not data:
-        raise InputError(f"{path}: the file is empty")
     data.setdefault("name", path.stem)
     elements = data.get("elements")
     for name, element in elements.items() if isinstance(elements, dict) else ():
@@ -140,6 +138,8 @@ def _tables(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: tables and lists are nested too deeply") from None
     except ValueError:  # Python reads no integer of so many digits
         raise InputError(f"{path}: holds a number of thousands of digits") from None
+    if not data:
+        raise InputError(f"{path}: the file is empty")
     blaming(path, lambda: check_depth(data))
     return data
 
@@ -239,6 +239,8 @@ def read(
     >>> read("cube.obj", units="mm").volume.round(12).tolist()
     [1e-09]
     """
+    if path == "":
+        raise InputError(NAMELESS)
     path = Path(path)
     if path.suffix.lower() != ".toml" or path.is_dir():
         parts = read_parts(path, supports=supports, units=units)

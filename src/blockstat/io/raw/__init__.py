@@ -1,4 +1,4 @@
 """Files as they stand: names and orders that trimesh changes, what it would leave out, and solids in one list of faces.
 
-This room imports `geometry` and the root.
+This room imports `contact`, `geometry` and the root.
 """

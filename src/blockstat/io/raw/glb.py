@@ -82,6 +82,23 @@ def names(path: Path) -> list[tuple[str, str]]:
     ]
 
 
+def places(path: Path) -> set[tuple[float, ...]]:
+    """Return the places that the nodes of a GLB move to what they hold, in the unit of the file.
+
+    Parameters
+    ----------
+    path : Path
+        A file that `numbered` takes.
+
+    Returns
+    -------
+    set of tuple of float
+        Each of x, y and z.
+    """
+    nodes = json.loads(_text(path.read_bytes())).get("nodes", [])
+    return {tuple(node.get("translation") or node.get("matrix", [0.0] * 15)[12:15]) for node in nodes}
+
+
 def number_of(name: str) -> int:
     """Return the number of a node of a GLB that `numbered` returned.
 

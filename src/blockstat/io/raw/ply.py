@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +16,24 @@ if TYPE_CHECKING:
     import trimesh
 
 CORNERS = ("vertex_indices", "vertex_index")  #: what exporters call the corners of a face
+
+#: A coordinate of a vertex in single precision, in the header.
+SINGLE = re.compile(rb"^property[ \t]+float(32)?[ \t]+[xyz][ \t\r]*$", re.MULTILINE)
+
+
+def is_single(path: Path) -> bool:
+    """Return whether a PLY says that its coordinates are in single precision; they are read so from a text, too.
+
+    Parameters
+    ----------
+    path : Path
+        A file that was read.
+
+    Returns
+    -------
+    bool
+    """
+    return bool(SINGLE.search(path.read_bytes().partition(b"end_header")[0]))
 
 
 def as_written(mesh: trimesh.Trimesh) -> tuple[Floats, Ints | list[Ints]]:

@@ -13,6 +13,7 @@ from blockstat.errors import InputError
 
 #: A line that begins or ends a solid; a byte order mark may stand before the first.
 LINE = re.compile(rb"^(?:\xef\xbb\xbf)?[ \t]*(end)?solid(?=\s|$)[ \t]*([^\r\n]*)", re.MULTILINE | re.IGNORECASE)
+HEAD, FACET = 84, 50  #: bytes of a binary file before its first facet, and of a facet
 FILL = 4  #: blank bytes or zeros that may follow the last facet of a binary file
 
 
@@ -32,7 +33,7 @@ def numbered(data: bytes) -> bytes:
     Raises
     ------
     InputError
-        For a text that ends before its last solid does.
+        For a text that ends before its last solid does, and a binary file with fewer facets than it says.
 
     Examples
     --------
@@ -41,6 +42,8 @@ def numbered(data: bytes) -> bytes:
     """
     if binary := _binary(data):
         return binary
+    if b"\0" in data and not LINE.search(data):
+        _check_whole(data)
     ends = [found[1] is not None for found in LINE.finditer(data)]
     begun, ended = ends.count(False), ends.count(True)
     if begun != ended:
@@ -68,11 +71,37 @@ def names(path: Path) -> list[str]:
     return [found[2].decode("utf-8", "replace").strip() for found in LINE.finditer(data) if not found[1]]
 
 
+def is_binary(path: Path) -> bool:
+    """Return whether an STL holds numbers of single precision and no text.
+
+    Parameters
+    ----------
+    path : Path
+        A file that `numbered` takes.
+
+    Returns
+    -------
+    bool
+    """
+    return bool(_binary(path.read_bytes()))
+
+
+def _check_whole(data: bytes) -> None:
+    """Raise InputError for a binary file that is cut short."""
+    said, held = int.from_bytes(data[80:HEAD], "little"), (len(data) - HEAD) // FACET
+    if len(data) < HEAD:
+        raise InputError(
+            f"it is cut short: it has {len(data)} bytes, and a binary STL begins with {HEAD} before a facet"
+        )
+    if held < said:
+        raise InputError(f"it is cut short: it says that it has {said} facets, and holds {held}")
+
+
 def _binary(data: bytes) -> bytes:
     """What a binary file holds: 80 bytes, the number of facets, and 50 bytes a facet; nothing of a text.
 
     Some exporters fill up the last word or line; longer ends are more facets than the file says.
     """
-    size = 84 + 50 * int.from_bytes(data[80:84], "little")
+    size = HEAD + FACET * int.from_bytes(data[80:HEAD], "little")
     filled = 0 <= len(data) - size <= FILL and not data[size:].strip(b"\0 \t\r\n")
     return data[:size] if filled else b""
