@@ -44,9 +44,7 @@ def test_a_wall_holds_a_plank_however_little_of_it(under):
     assert verdict.outcome is Outcome.STABLE
     assert verdict.interfaces.contacts["edge"] == 1
     # An edge shorter than a thousandth of the block is less than stone is cut to.
-    assert [text[:48] for text in verdict.warnings] == ["stable only with joints narrower than 0.001 of t"] * (
-        under < 1e-3
-    )
+    assert ["narrower than 0.001" in text for text in verdict.warnings] == [True] * (under < 1e-3)
 
 
 def test_a_wall_that_just_touches_the_side_of_a_plank_leaves_it_undecided():
