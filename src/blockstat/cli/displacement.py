@@ -48,7 +48,8 @@ Moves = Annotated[
     typer.Option(
         metavar="NAME:DX,DY,DZ",
         help="How a part of the supports moves, in metres or as in 0,0,'-10 mm': NAME is a support, a group of "
-        "supports, or a block or a group that stands on them; six lengths in its place are a box. "
+        "supports, or a block or a group that stands on them; six lengths in its place are a box, which holds "
+        "whole joints. "
         "May be given several times.",
     ),
 ]
