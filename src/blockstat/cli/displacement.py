@@ -216,7 +216,10 @@ def code_check_command(
     gap: Gap = None,
     as_json: AsJson = False,
 ) -> None:
-    """Verify the mechanism of a limit load linearly by Circolare 7/2019, C8.7.1.2.1. Loads of a case have no mass."""
+    """Verify the mechanism of a limit load linearly by Circolare 7/2019, C8.7.1.2.1.
+
+    Loads of a case have no mass: under those that press down no demand is verified as borne. Draw a roof as a block.
+    """
     from blockstat.analysis.limit_load import LoadOutcome, limit_load
     from blockstat.code_check.linear import linear_check
 
