@@ -17,7 +17,7 @@ from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError, check_choice, check_names, known_options, no_such
 from blockstat.result import Result, counted, finite
-from blockstat.sequence.props import Falsework, Prop, check_on_block, on_props
+from blockstat.sequence.props import Falsework, Prop, check_on_block, on_props, prop_of
 from blockstat.sequence.states import Whole
 from blockstat.system.reading import text_of
 from blockstat.system.workers import in_stretches
@@ -136,7 +136,7 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
             str(data.get("name", Path(path).stem)),
             str(data.get("assembly", "")),
             {k: v for k, v in data.items() if k not in KEYS},
-            {str(name): _prop(str(name), prop) for name, prop in data.get("props", {}).items()},
+            {str(name): prop_of(str(name), prop) for name, prop in data.get("props", {}).items()},
         )
         check_plan(plan, assembly)
     except OSError as error:
@@ -153,16 +153,6 @@ def _step(step: dict[str, Any], number: int) -> Step:
     if unknown:
         raise InputError(f"step {number}: {no_such('key', min(unknown), STEP_KEYS)}")
     return Step(*(check_names(f"step {number}: {key}", step.get(key, ())) for key in ("install", "hold", "in", "out")))
-
-
-def _prop(name: str, given: Any) -> Prop:
-    try:
-        assert set(given) == {"block", "point", "direction"}
-        point, direction = (tuple(float(x) for x in given[key]) for key in ("point", "direction"))
-        return Prop(str(given["block"]), point, direction)  # type: ignore[arg-type]
-    except (KeyError, TypeError, ValueError, AssertionError):
-        form = '{"block": NAME, "point": [x, y, z], "direction": [x, y, z]}'
-        raise InputError(f'prop "{name}" is {given!r}; it must read {form}') from None
 
 
 def write_plan(plan: Plan, path: str | Path) -> None:

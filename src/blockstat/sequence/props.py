@@ -62,6 +62,35 @@ class Prop:
         check_vector(f'prop under "{self.block}": direction', self.direction)
 
 
+def prop_of(name: str, given: Any) -> Prop:
+    """Return a prop of a file.
+
+    Parameters
+    ----------
+    name : str
+        That the file gives it.
+    given : object
+        What the file says of it.
+
+    Returns
+    -------
+    Prop
+        The prop.
+
+    Raises
+    ------
+    InputError
+        For anything but its block, point and direction.
+    """
+    try:
+        assert set(given) == {"block", "point", "direction"}
+        point, direction = (tuple(float(x) for x in given[key]) for key in ("point", "direction"))
+        return Prop(str(given["block"]), point, direction)  # type: ignore[arg-type]
+    except (KeyError, TypeError, ValueError, AssertionError):
+        form = '{"block": NAME, "point": [x, y, z], "direction": [x, y, z]}'
+        raise InputError(f'prop "{name}" is {given!r}; it must read {form}') from None
+
+
 class FalseworkOutcome(Sentence):
     """Whether props can hold a state."""
 
