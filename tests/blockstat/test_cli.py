@@ -234,3 +234,9 @@ def test_the_code_check_of_a_file(tmp_path):
     assert "asked for 0.3 g" in on_soil
     wrong = run(*asked, "15")
     assert (wrong.returncode, "--ag is 15; it is in units of g" in wrong.stderr) == (2, True)
+    loads = tmp_path / "loads.toml"
+    loads.write_text('[loads.roof]\nkind = "body"\nforce = [0, 0, -5000]\n\n[cases.roofed]\nfactors = {roof = 1}\n')
+    roofed = run(*asked, "0.1", "--loads", str(loads), "--case", "roofed")
+    assert "\nNot verified: the demand is borne without the inertia of permanent loads, whose mass" in roofed.stdout
+    assert "Satisfied" not in roofed.stdout
+    assert "masses=" not in roofed.stdout

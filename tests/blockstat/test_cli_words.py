@@ -1,7 +1,9 @@
 """What the commands of `blockstat` refuse, say in words and write."""
 
 import json
+import math
 import re
+import warnings
 from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError
 from types import SimpleNamespace
@@ -508,3 +510,35 @@ def test_a_block_with_a_colon_in_its_name_can_be_the_control(run, tmp_path):
     for control in ("wall:1", "wall:1:0.5,0.5,2"):
         status, out, _ = run("capacity", wall, "--load", "1,0,0", "--steps", 3, "--control", control)
         assert (status, "wall:1" in out) == (0, True)
+
+
+def test_tilt_and_friction_and_ties_take_load_cases(run, places):
+    """A post of weight 2, half as wide as high: pushed at its centre by .8 it needs a friction of .4.
+
+    Tilted by a about y, 2 sin a + .8 pushes it and 2 cos a holds it down: it tips where the ratio is 1/2.
+    """
+    chosen = ("--loads", places["cases"], "--case", "resting")
+    status, out, _ = run("friction", places["post"], *chosen, "--json")
+    assert (status, json.loads(out)["case"], json.loads(out)["stands"]) == (0, "resting", pytest.approx(0.4, abs=1e-4))
+    out = run("tilt", places["post"], "--axis=0,-1,0", *chosen)[1]
+    angle = math.degrees(math.asin(1.0 / math.sqrt(5.0)) - math.asin(0.8 / math.sqrt(5.0)))
+    assert float(re.search(r"Stable at a tilt of (.*) deg", out)[1]) == pytest.approx(angle, abs=1e-3)
+    assert "Warning: loads stay as they are while gravity rotates" in out
+    assert "loads stay" not in run("tilt", places["post"], "--axis", "y")[1]
+    # The storm of 3.2 tips it with 3.2 - 1 about the edge (1, 0), 3 / sqrt(2) beside the tie from (-2, 0) to (0, 2).
+    tie = ("--between", "ground,stone0", "--points=-2,0.5,0,0,0.5,2", "--friction", 2)
+    out = run("tie", places["post"], *tie, "--loads", places["cases"], "--case", "storm", "--json")[1]
+    assert json.loads(out)["least"] == pytest.approx(2.2 * math.sqrt(2.0) / 3.0, rel=1e-4)
+    assert json.loads(run("tie", places["post"], *tie, "--json")[1])["least"] == pytest.approx(0, abs=1e-6)
+
+
+def test_that_loads_do_not_tilt_is_told_where_there_are_loads(run, places):
+    chosen = ("--loads", places["cases"], "--case", "resting")
+    words = "--tilt y,1 rotates gravity alone; loads of a case stay as they are"
+    for command in (("check", *chosen), ("cases", "--loads", places["cases"]), ("friction", *chosen)):
+        with pytest.warns(InputWarning, match=words):
+            run(command[0], places["post"], "--tilt", "y,1", *command[1:])
+    for command in (("--tilt", "y,1"), chosen):
+        with warnings.catch_warnings(record=True) as told:
+            run("check", places["post"], *command)
+        assert not [one for one in told if "rotates" in str(one.message)]

@@ -10,6 +10,7 @@ import pytest
 
 from blockstat import Assembly, InputError, JointLaw, Tie, box, plot_settlement, point_load, settle, settlement, write
 from evidence.scenes.small import arch, assembly
+from thin_contacts import extruded
 
 
 def beam(**options):
@@ -48,6 +49,48 @@ def test_the_ground_sinks_below_one_pier_alone(where):
     assert found.reaction == pytest.approx(WEIGHTS[1] + 0.4 * WEIGHTS[2], rel=1e-6)
     np.testing.assert_allclose(found.foundations[0].reaction[2], -found.reaction, rtol=1e-6)
     assert found.displacement == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize(
+    ("end", "words"),
+    [(2.6, "from 2.5 to 3 m in x, the box from 2 to 2.6 m"), (2.9, "from 2.5 to 3 m in x, the box from 2 to 2.9 m")],
+    ids=["centre outside", "centre inside"],
+)
+def test_a_box_that_cuts_a_joint_is_refused(end, words):
+    """The joint of the right pier is from 2.5 to 3 m: the ground parts below it, which no motion of the whole shows."""
+    with pytest.raises(InputError) as refused:
+        settle(beam(), {(2, -1, -1, end, 2, 1): (0, 0, -0.01)})
+    assert str(refused.value) == (
+        f'region (2, -1, -1, {end}, 2, 1): the joint of "ground" and "right" lies partly in this box: it is {words}; '
+        "the box must hold whole joints, so divide the support or the block there, or take a box that holds the joint"
+    )
+
+
+@pytest.mark.parametrize(
+    "box_of",
+    [
+        (2.5, 0, -1, 3, 1, 0),
+        (2.5 + 1e-7, 0, 0, 3, 1 - 1e-7, 0),
+        (0.5, -1, -1, 5, 2, 1),
+        (0.5 - 1e-7, -1, -1, 5, 2, 0),
+    ],
+    ids=["its rim", "its rim, rounded", "the rim of the other", "the rim of the other, rounded"],
+)
+def test_a_box_may_touch_the_rim_of_a_joint(box_of):
+    found = settle(beam(), {box_of: (0, 0, -0.01)})
+    assert found.foundations[0].joints.tolist() == [1]
+    assert found.reaction == pytest.approx(WEIGHTS[1] + 0.4 * WEIGHTS[2], rel=1e-6)
+
+
+def test_a_box_whose_corner_cuts_a_slanting_joint_is_told_from_one_beside_it():
+    """A joint in the plane x = z from (0, 0) to (1, 1): the box of its corners holds more than the joint."""
+    ground = extruded([(0, 0), (1, 0), (1, 1)], 0, 1, name="ground")
+    wedge = extruded([(0, 0), (1, 1), (0, 1)], 0, 1, name="wedge")
+    slope = Assembly.from_blocks([ground, wedge], supports=["ground"], friction=2.0)
+    with pytest.raises(InputError, match=r"region .*: no joint of a support lies in this box"):
+        settle(slope, {(0.6, -1, -1, 3, 2, 0.5): (0, 0, -0.01)})
+    with pytest.raises(InputError, match=r"from 0 to 1 m in z, the box from -1 to 0.5 m;"):
+        settle(slope, {(0.4, -1, -1, 3, 2, 0.5): (0, 0, -0.01)})
 
 
 def lintel():

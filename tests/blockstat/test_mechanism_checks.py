@@ -17,6 +17,7 @@ from blockstat import (
     SpectrumTable,
     Tie,
     acceleration,
+    body_load,
     box,
     capacity,
     limit_load,
@@ -562,6 +563,38 @@ def test_a_permanent_load_that_presses_down_without_mass_is_told():
     assert linear_check(limit_load(wall, (1, 0, 0)), (1, 0, 0)).warnings == ()
     lifted = point_load(wall, "wall", (0.25, 1.5, 4), (0, 0, 5e3))
     assert linear_check(limit_load(wall, (1, 0, 0), loads=lifted), (1, 0, 0), loads=lifted).warnings == ()
+
+
+def test_what_is_borne_without_the_mass_of_a_permanent_load_is_not_verified():
+    """A wall of weight W with R upon it tips at (W + R) b / 2 over W h / 2; with the mass of R, over W h / 2 + R h."""
+    wall = on_a_base([box((0, 0, 0), (0.5, 3, 4), name="wall")])
+    weight, roof, top = wall.free_weight, 5e4, (0.25, 1.5, 4)
+    dead = point_load(wall, "wall", top, (0, 0, -roof))
+    limit, curve = limit_load(wall, (1, 0, 0), loads=dead), capacity(wall, (1, 0, 0), control="wall", loads=dead)
+    found = linear_check(limit, (1, 0, 0), loads=dead, demand=0.05)
+    sentence = "Not verified: the demand is borne without the inertia of permanent loads, whose mass is left out."
+    assert found.explain().splitlines()[0] == found.summary()["sentence"] == sentence
+    assert (found.outcome.word, found.satisfied) == ("not_verified", None)
+    assert found.warnings == (
+        "permanent loads of 50000 N press down and have no mass, so alpha0 is too high; what of them is weight must be "
+        "accelerated, too: as blocks, or in Python as masses of the check and in the load of the limit",
+    )
+    assert found.alpha0 == pytest.approx(0.25 * (weight + roof) / (2 * weight), rel=1e-5)
+    assert linear_check(limit, (1, 0, 0), loads=dead, demand=0.6).outcome.word == "not_satisfied"
+    assert linear_check(limit, (1, 0, 0), loads=dead).outcome.word == "capacity"
+    of_curve = nonlinear_check(curve, (1, 0, 0), loads=dead, demand={"SLD": 0.01, "SLV": 0.02})
+    assert of_curve.explain().splitlines()[0] == (
+        "Not verified: all demands are borne without the inertia of permanent loads, whose mass is left out."
+    )
+    assert [state.satisfied for state in of_curve.states] == [None, None, None]
+    mixed = nonlinear_check(curve, (1, 0, 0), loads=dead, demand={"SLD": 0.01, "SLV": 5.0})
+    assert (mixed.outcome.word, mixed.state("SLV").satisfied) == ("not_satisfied", False)
+
+    push = body_load(wall, (weight, 0, 0)) + point_load(wall, "wall", top, (roof, 0, 0))
+    options = {"loads": dead, "masses": [("wall", top, roof)]}
+    whole = linear_check(limit_load(wall, push, loads=dead), (1, 0, 0), demand=0.05, **options)
+    assert (whole.outcome.word, whole.warnings) == ("satisfied", ())
+    assert whole.alpha0 == pytest.approx(0.25 * (weight + roof) / (2 * weight + 4 * roof), rel=1e-5)
 
 
 def test_beyond_its_last_period_a_table_has_the_velocity_of_the_last():

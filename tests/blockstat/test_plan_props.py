@@ -50,6 +50,37 @@ def test_an_arm_on_a_prop_below_its_centroid_needs_what_the_lever_says(friction)
     assert rows[4]["prop_force"] is None
 
 
+def test_a_prop_off_its_block_is_refused_when_the_plan_is_read(tmp_path):
+    """Though no step needs it: the base stands by itself."""
+    off = Plan(
+        (Step(("base",)), Step(props_in=("under",)), Step(props_out=("under",))),
+        props={"under": Prop("base", (8.0, 0.5, 0.25), (0.0, 0.0, 1.0))},
+        never_installed=("left", "right", "top"),
+    )
+    low, high = (bound[tee().names.index("base")].tolist() for bound in tee().bounds)
+    words = f'step 1: prop "under" at [8.0, 0.5, 0.25] is not on block "base", which is from {low} to {high}'
+    with pytest.raises(InputError) as refused:
+        assess_plan(tee(), off)
+    assert str(refused.value) == words
+    write_plan(off, tmp_path / "off.json")
+    with pytest.raises(InputError) as refused:
+        read_plan(tmp_path / "off.json", tee())
+    assert str(refused.value) == f"{tmp_path / 'off.json'}: {words}"
+    never = Plan(off.steps[:1], props=off.props, never_installed=off.never_installed)
+    with pytest.raises(InputError, match=r'^prop "under" at'):
+        assess_plan(tee(), never)
+
+
+def test_props_that_are_never_taken_away_are_told():
+    left = "never taken away"
+    assert left not in assess_plan(tee(), plan()).explain()
+    told = assess_plan(tee(), Plan(plan().steps[:-1], props=plan().props))
+    assert told.explain().endswith("\n2 props never taken away: west, east. The last step is judged with them.")
+    assert told.explain(limit=1).endswith(
+        "2 props never taken away: west and 1 more. The last step is judged with them."
+    )
+
+
 def test_a_prop_further_out_carries_less():
     far = plan()
     far.props["west"] = Prop("left", (-1.0, 0.5, 0.25), (0.0, 0.0, 1.0))

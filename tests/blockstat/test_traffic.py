@@ -136,6 +136,27 @@ def test_an_axle_on_fill_with_no_face_below_presses_on_nothing():
     assert found.upper[-1] == pytest.approx(exact, rel=2e-3)
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-9, -1e-9])
+@pytest.mark.parametrize("way", [1, -1])
+def test_without_joints_an_even_place_on_one_has_both_its_sides(way, off):
+    """A slab from 0 to 2 m on a pier of 1.5 m, and a lower step from there on: on the slab the wheel tips it at W."""
+    blocks = [
+        box((0, 0, -1), (1.5, 1, 0), name="pier"),
+        box((0, 0, 0), (2, 1, 0.5), name="slab"),
+        box((2, 0, -2), (4, 1, -1), name="floor"),
+        box((2, 0, -1), (4, 1, -0.5), name="step"),
+    ]
+    scene = Assembly.from_blocks(blocks, supports=["pier", "floor"], density=1000.0)
+    ends = along(off, 4 + off)[::way]
+    found = moving_load(scene, WHEEL, ends, positions=5, joints=False)
+    np.testing.assert_allclose(found.place, [0, 1, 2, 2, 3, 4])
+    assert found.side[2:4].tolist() == [-1, 1]
+    assert found.upper[2 if way == 1 else 3] == pytest.approx(1000.0 * 9.81 * 0.5 / (0.5 * 1000.0), rel=2e-3)
+    assert found.upper[3 if way == 1 else 2] == inf
+    aside = moving_load(scene, WHEEL, along(1e-3, 4 + 1e-3)[::way], positions=5, joints=False)
+    np.testing.assert_allclose(aside.place, [0, 1, 2, 3, 4])
+
+
 @pytest.mark.parametrize(("positions", "tolerance"), [(1, 0.1), (1, 1e-9)])
 def test_the_ends_of_what_is_allowed_are_allowed(positions, tolerance):
     found = moving_load(overhang(), WHEEL, along(2.5, 3), positions=positions, tolerance=tolerance, joints=False)

@@ -18,7 +18,7 @@ from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import joint_friction, least_friction
 from blockstat.errors import InputError, check_choice, check_positive, known_options
 from blockstat.imperfection.imperfections import Imperfections
-from blockstat.loads import acceleration
+from blockstat.loads import Loads, WeightedLoads, acceleration
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES
 from blockstat.typing import Floats
@@ -46,6 +46,7 @@ MIXED = (
     "joints have cohesion and tensile strength of their own: more friction carries less tension there, so the assembly "
     "may fall at more friction, or stand at less"
 )
+UPRIGHT = "loads stay as they are while gravity rotates"
 #: An outcome and its score.
 Answer = tuple[Outcome, float]
 
@@ -157,7 +158,7 @@ def tilt_limit(
     *,
     friction: float | None = None,
     gravity: Any = None,
-    loads: Floats | None = None,
+    loads: Loads | None = None,
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
@@ -173,7 +174,7 @@ def tilt_limit(
     axis : str or sequence of float, shape (3,)
         "x", "y", "z" or three numbers. The rotation is right-handed, so -axis tilts the other way.
     friction, gravity, loads, gap, interfaces, solver, flow
-        As in `blockstat.assess`. `loads` stay as they are while gravity rotates.
+        As in `blockstat.assess`. `loads` stay as they are while gravity rotates, and a warning says so.
     imperfections : Imperfections, optional
         Find the angle of the worst case of these.
 
@@ -220,6 +221,7 @@ def tilt_limit(
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
+    told = [UPRIGHT] if np.any(loads.beside if isinstance(loads, WeightedLoads) else loads) else []
     if imperfections is not None:
         options: dict[str, Any] = {"solver": solver, "flow": flow, "gap": gap}
         brackets = []
@@ -228,7 +230,7 @@ def tilt_limit(
             brackets.append(replace(own, worst=case.words))
         worst = min(brackets, key=lambda own: -1.0 if math.isnan(own.least[0]) else own.least[0])
         return replace(worst, warnings=problem.warnings_with(worst.warnings))
-    return _with_warnings(replace(_tilt(problem, unit, loads, solver, flow), flow=flow), problem)
+    return _with_warnings(replace(_tilt(problem, unit, loads, solver, flow), flow=flow), problem, *told)
 
 
 def _with_warnings(found: Bracket, problem: Problem, *more: str) -> Bracket:
@@ -237,7 +239,7 @@ def _with_warnings(found: Bracket, problem: Problem, *more: str) -> Bracket:
     return replace(found, warnings=(*problem.warnings, *gap_warnings(problem, outcome), *more))
 
 
-def _tilt(problem: Problem, unit: Floats, loads: Floats | None, solver: str, flow: str) -> Bracket:
+def _tilt(problem: Problem, unit: Floats, loads: Loads | None, solver: str, flow: str) -> Bracket:
     """The tilt about an axis of unit length that an assembly bears."""
     asm, shared, gap = problem.assembly, problem.given, problem.gap
     if not len(asm.free):

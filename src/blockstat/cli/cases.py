@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -24,7 +25,7 @@ from blockstat.cli.options import (
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.progress import at_work
-from blockstat.errors import InputError
+from blockstat.errors import InputError, InputWarning
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -37,7 +38,7 @@ LoadsFile = Annotated[
 
 
 def chosen_case(
-    assembly: Assembly, file: Path, case: str | None, loads: Path | None, *, gap: float | str
+    assembly: Assembly, file: Path, case: str | None, loads: Path | None, *, gap: float | str, tilt: str | None = None
 ) -> LoadCase | None:
     """Return the load case that the options ask for.
 
@@ -53,6 +54,8 @@ def chosen_case(
         Value of `--loads`.
     gap : float or str
         Tolerance of the joint search, as the analysis has it.
+    tilt : str, optional
+        Value of `--tilt`.
 
     Returns
     -------
@@ -63,6 +66,11 @@ def chosen_case(
     ------
     InputError
         With file, line and key, for a load or a case that cannot be used, and for `--loads` without `--case`.
+
+    Warns
+    -----
+    InputWarning
+        With a tilt, that the loads do not tilt.
     """
     if case is None:
         if loads is not None:
@@ -73,9 +81,18 @@ def chosen_case(
 
     tables = {} if loads is None else load_file(loads)
     try:
-        return load_case(assembly, case, **tables, gap=gap)
+        found = load_case(assembly, case, **tables, gap=gap)
     except InputError as error:
         raise located(loads or file, error) from None
+    _warn_of_tilt(tilt, found)
+    return found
+
+
+def _warn_of_tilt(tilt: str | None, *cases: LoadCase) -> None:
+    """Say that loads do not tilt with the ground, where there are some."""
+    if tilt is not None and any(case.weighted_loads.beside.any() for case in cases):
+        text = f"--tilt {tilt} rotates gravity alone; loads of a case stay as they are"
+        warnings.warn(text, InputWarning, stacklevel=3)
 
 
 def placed_load_and_loads(load: str | None, case: LoadCase | None) -> tuple[Any, Any]:
@@ -152,6 +169,7 @@ def cases_command(
     cases = all_cases(assembly, file, loads, gap=near)
     if not cases:
         raise InputError(f"{loads or file}: there are no load cases; write them as [cases.NAME]")
+    _warn_of_tilt(tilt, *cases.values())
     rows = list[dict[str, Any]]()
     try:
         with at_work(f"{len(cases)} load cases"):

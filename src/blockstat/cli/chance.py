@@ -90,7 +90,7 @@ def reliability_command(
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
-    chosen = chosen_case(assembly, file, case, loads, gap=near)
+    chosen = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     random, direction = _chosen(file, assembly, uncertain, load)
     joints, _ = shared_joints(assembly, near, None)
     options: dict[str, Any] = {"load": direction, "gap": near, "interfaces": joints}

@@ -193,7 +193,7 @@ def check(
             raise InputError("--format goes with -o FILE.json")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
-    acting = chosen_case(assembly, file, case, loads, gap=near)
+    acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     permanent = None if acting is None else acting.weighted_loads
     if not 0 <= tightnesses <= MOST_TIGHTNESSES or (tightnesses and flow != "coulomb"):
         asked = f"it must be 0 to {MOST_TIGHTNESSES:,} and goes with --flow coulomb"
@@ -270,7 +270,8 @@ def limit(
             raise InputError("--imperfection goes with --load or --case")
         over_the_horizon(file, assembly, directions, flow, tolerance, output, units, near, as_json)
         return
-    growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads, gap=near), weighted=True)
+    acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
+    growing, permanent = load_and_loads(load, acting, weighted=True)
     allowed = imperfections_of(imperfection)
     with shown_progress(kept=allowed is None) as progress:
         result = limit_load(
@@ -295,6 +296,8 @@ def limit(
 def tilt_command(
     file: FileArgument,
     axis: Annotated[str, typer.Option(metavar="AXIS", help="x, y, z or three numbers AX,AY,AZ.")],
+    case: Case = None,
+    loads: LoadsFile = None,
     friction: Friction = None,
     gravity: Gravity = None,
     supports: Supports = None,
@@ -305,7 +308,10 @@ def tilt_command(
     flow: Flow = "associated",
     as_json: AsJson = False,
 ) -> None:
-    """Find the angle by which the ground may tilt about an axis before the assembly falls."""
+    """Find the angle by which the ground may tilt about an axis before the assembly falls.
+
+    The loads of a case stay as they are while gravity rotates.
+    """
     from math import isnan
 
     from blockstat.analysis.tilt_friction import tilt_limit
@@ -313,15 +319,18 @@ def tilt_command(
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units, up=up)
     near = gap_of(gap)
     about = axis if "," not in axis else numbers(axis, 3, "--axis", "x, y, z or AX,AY,AZ")
+    acting = chosen_case(assembly, file, case, loads, gap=near)
+    options: dict[str, Any] = {"loads": None if acting is None else acting.weighted_loads, "flow": flow, "gap": near}
     with at_work(f"tilting {assembly.n_blocks:,} blocks"):
-        found = tilt_limit(assembly, about, flow=flow, gap=near, imperfections=imperfections_of(imperfection))
+        found = tilt_limit(assembly, about, imperfections=imperfections_of(imperfection), **options)
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
     if as_json:
         angles = {"axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
         kinds = {"kinds_deg": found.summary()["kinds"]} if found.kinds else {}
         worst = {"imperfections": found.worst} if found.worst else {}
         told = {"outcome": found.outcome.word, "warnings": list(found.warnings)}
-        print_json({"file": str(file), **angles, **kinds, **inputs(assembly, units=units, gap=near), **worst, **told})
+        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
+        print_json({"file": str(file), **angles, **kinds, **echo, **worst, **told})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, tilted about {axis}")
     typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}")

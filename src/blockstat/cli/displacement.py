@@ -48,7 +48,8 @@ Moves = Annotated[
     typer.Option(
         metavar="NAME:DX,DY,DZ",
         help="How a part of the supports moves, in metres or as in 0,0,'-10 mm': NAME is a support, a group of "
-        "supports, or a block or a group that stands on them; six lengths in its place are a box. "
+        "supports, or a block or a group that stands on them; six lengths in its place are a box, which holds "
+        "whole joints. "
         "May be given several times.",
     ),
 ]
@@ -107,7 +108,7 @@ def capacity_command(
     film = None if film is None else film_path(film)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
-    growing, permanent = placed_load_and_loads(load, chosen_case(assembly, file, case, loads, gap=near))
+    growing, permanent = placed_load_and_loads(load, chosen_case(assembly, file, case, loads, gap=near, tilt=tilt))
     with at_work("limit load") as say:
         found = capacity(
             assembly,
@@ -165,7 +166,7 @@ def settle_command(
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     for displacement in moves.values():
         doubt_movement(assembly, "--move", displacement)
-    chosen = chosen_case(assembly, file, case, loads, gap=near)
+    chosen = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     here, moved = (None, None) if chosen is None else (chosen.loads, chosen.placed_loads)
     with at_work(f"settling {assembly.n_blocks:,} blocks") as say:
         found = settle(assembly, moves, loads=here, gap=near)
@@ -215,7 +216,10 @@ def code_check_command(
     gap: Gap = None,
     as_json: AsJson = False,
 ) -> None:
-    """Verify the mechanism of a limit load linearly by Circolare 7/2019, C8.7.1.2.1. Loads of a case have no mass."""
+    """Verify the mechanism of a limit load linearly by Circolare 7/2019, C8.7.1.2.1.
+
+    Loads of a case have no mass: under those that press down no demand is verified as borne. Draw a roof as a block.
+    """
     from blockstat.analysis.limit_load import LoadOutcome, limit_load
     from blockstat.code_check.linear import linear_check
 
@@ -223,7 +227,7 @@ def code_check_command(
     code = code_options(ag, soil, f0, tc, confidence, behaviour)
     direction = numbers(load, 3, "--load", "AX,AY,AZ")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    acting = chosen_case(assembly, file, case, loads, gap=near)
+    acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     permanent = None if acting is None else acting.loads
     with shown_progress(kept=False) as progress:
         limit = limit_load(assembly, direction, loads=permanent, flow=flow, gap=near, progress=progress)

@@ -30,7 +30,10 @@ Friction = Annotated[
 Gravity = Annotated[str | None, typer.Option(metavar="GX,GY,GZ", help="Gravity vector in m/s2 in place of the file's.")]
 Tilt = Annotated[
     str | None,
-    typer.Option(metavar="AXIS,DEGREES", help="Rotate gravity about x, y or z, as if the ground tilted."),
+    typer.Option(
+        metavar="AXIS,DEGREES",
+        help="Rotate gravity about x, y or z, as if the ground tilted; loads of a case stay as they are.",
+    ),
 ]
 Supports = Annotated[
     str | None,

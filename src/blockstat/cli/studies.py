@@ -106,6 +106,8 @@ def over_the_horizon(
 
 def friction_command(
     file: FileArgument,
+    case: Case = None,
+    loads: LoadsFile = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
     supports: Supports = None,
@@ -120,10 +122,12 @@ def friction_command(
 
     near = gap_of(gap)
     assembly = load_assembly(file, friction=None, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     with at_work(f"trying frictions of {assembly.n_blocks:,} blocks"):
-        found = friction_limit(assembly, gap=near, flow=flow)
+        found = friction_limit(assembly, loads=None if acting is None else acting.loads, gap=near, flow=flow)
     if as_json:
-        print_json({"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary()})
+        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
+        print_json({"file": str(file), **echo, **found.summary()})
         return
     basis = said(assembly, units=units, gap=near)
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
@@ -140,6 +144,8 @@ def tie_command(
             "by default at their centroids.",
         ),
     ] = None,
+    case: Case = None,
+    loads: LoadsFile = None,
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
@@ -174,11 +180,13 @@ def tie_command(
     ends = assembly.centroid[blocks] if points is None else np.reshape(lengths(points, 6, "--points", form), (2, 3))
     tie = Tie((names[0], names[1]), (ends[0].tolist(), ends[1].tolist()), name=between)
     tied = assembly.with_(ties=[*assembly.ties, tie])
+    acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     with at_work(f"tying {assembly.n_blocks:,} blocks"):
-        found = tie_range(tied, len(assembly.ties), gap=near)
+        found = tie_range(tied, len(assembly.ties), loads=None if acting is None else acting.loads, gap=near)
     with drawn(output=(write, tied, output)) as files:
         if as_json:
-            print_json({"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **files})
+            echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
+            print_json({"file": str(file), **echo, **found.summary(), **files})
             return
         basis = said(assembly, units=units, gap=near)
         typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
@@ -212,8 +220,9 @@ def report_command(
     """
     code = asked_code(ag, soil, f0, tc, confidence, behaviour)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    options = {"units": units, "gap": gap_of(gap), "directions": directions, "case": case, "loads": loads, "code": code}
-    write_report(file, assembly, output, **options)
+    acting: dict[str, Any] = {"case": case, "loads": loads, "tilt": tilt}
+    options = {"units": units, "gap": gap_of(gap), "directions": directions, "code": code}
+    write_report(file, assembly, output, **options, **acting)
 
 
 def asked_code(ag: float | None, *others: Any) -> dict[str, Any] | None:
@@ -253,6 +262,7 @@ def write_report(
     case: str | None = None,
     loads: Path | None = None,
     code: dict[str, Any] | None = None,
+    tilt: str | None = None,
 ) -> None:
     """Assess an assembly and write the page.
 
@@ -276,6 +286,8 @@ def write_report(
         Values of `--case` and `--loads`.
     code : dict, optional
         As `asked_code` returns it.
+    tilt : str, optional
+        Value of `--tilt`, which `assembly` has.
 
     Raises
     ------
@@ -287,7 +299,7 @@ def write_report(
 
     near = GAP if gap is None else gap
     cases = all_cases(assembly, file, loads, gap=near)
-    chosen = None if case is None else chosen_case(assembly, file, case, loads, gap=near)
+    chosen = None if case is None else chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     with at_work("load cases") as say:
         answers = tuple(
             (row["case"], cases[row["case"]].words, row["verdict"].replace("_", " "), bracket(row))
@@ -333,7 +345,7 @@ def prove_command(
         raise InputError("--load and --limit are different questions; ask for one of them")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
-    chosen = chosen_case(assembly, file, case, loads, gap=near)
+    chosen = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     growing, permanent = None, None if chosen is None else chosen.loads
     if load is not None or limit:
         growing, permanent = load_and_loads(load, chosen)

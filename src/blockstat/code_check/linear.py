@@ -50,6 +50,7 @@ class CheckOutcome(Sentence):
     SATISFIED = "Satisfied: the mechanism is not activated, or its demand is below q times what activates it."
     NOT_SATISFIED = "Not satisfied: the demand is above q times what activates the mechanism."
     CAPACITY = "Capacity: no demand was given."
+    NOT_VERIFIED = "Not verified: the demand is borne without the inertia of permanent loads, whose mass is left out."
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +67,7 @@ class LinearCheck(Result):
     ag_damage: float  #: least ag at which the mechanism is activated (SLD), in units of g
     ag_life: float  #: ag up to which life safety (SLV) is met by behaviour factor, in units of g
     demand: float | None  #: ag asked for at SLV, in units of g
-    satisfied: bool | None  #: whether that ag is borne; None without one
+    satisfied: bool | None  #: whether that ag is borne; None without one, and where `outcome` is not verified
     bodies: tuple[tuple[int, ...], ...]  #: blocks that move as one, for each body of the mechanism
     multiplier: str  #: which multiplier alpha0 is, in words
     ground: str  #: the site or the spectrum, in words
@@ -75,9 +76,7 @@ class LinearCheck(Result):
     @property
     def outcome(self) -> CheckOutcome:
         """Whether the verification is satisfied."""
-        if self.satisfied is None:
-            return CheckOutcome.CAPACITY
-        return CheckOutcome.SATISFIED if self.satisfied else CheckOutcome.NOT_SATISFIED
+        return answer([] if self.demand is None else [self.satisfied])
 
     def explain(self) -> str:
         """Return the verification in words, one fact a line.
@@ -191,7 +190,8 @@ def linear_check(
     On the ground, `ag S = q a0*` (q = 1 for SLD); high up, `S_eZ(T0) = q a0*` with the floor spectrum, which asks for
     no less than the ground does: its one mode leaves out what a building moves with its ground. The method is
     calibrated for mechanisms whose points move parallel to one plane. On soil D `ag S` falls between two accelerations:
-    `ag_life` is the one up to which all are borne, and a demand is compared at its own ag.
+    `ag_life` is the one up to which all are borne, and a demand is compared at its own ag. Where permanent loads press
+    down without mass alpha0 is too high, and a demand that seems to be borne is not verified.
 
     By C8.7.1.5 a lower e* is a higher a0*. e* sinks where still weights count and where one macro-block counts as many
     bricks; by Cauchy and Schwarz it is at most 1. So blocks whose motion the bracket of the limit does not prove do not
@@ -234,6 +234,7 @@ def linear_check(
         return own if floor is None else max(own, floor.spectrum(ground, ag))
 
     ag_life = bearable(needed, behaviour * acceleration / G)
+    borne = is_borne(needed, behaviour * acceleration / G, ag_life, demand)
     return LinearCheck(
         alpha0=alpha0,
         participation=share,
@@ -245,12 +246,32 @@ def linear_check(
         ag_damage=bearable(needed, acceleration / G),
         ag_life=ag_life,
         demand=demand,
-        satisfied=is_borne(needed, behaviour * acceleration / G, ag_life, demand),
+        satisfied=None if borne and idle else borne,
         bodies=tuple(tuple(int(block) for block in body) for body in bodies),
         multiplier=multiplier,
         ground=ground.words,
         warnings=(*warnings, *idle),
     )
+
+
+def answer(borne: Sequence[bool | None]) -> CheckOutcome:
+    """Return the outcome of a check.
+
+    Parameters
+    ----------
+    borne : sequence of bool or None
+        Whether each demand that is given is borne; None where that is not verified.
+
+    Returns
+    -------
+    CheckOutcome
+        Not satisfied where one demand is not borne, whatever is not verified.
+    """
+    if not borne:
+        return CheckOutcome.CAPACITY
+    if False in borne:
+        return CheckOutcome.NOT_SATISFIED
+    return CheckOutcome.NOT_VERIFIED if None in borne else CheckOutcome.SATISFIED
 
 
 def count(bodies: Sequence[Any]) -> str:

@@ -23,6 +23,7 @@ from blockstat.code_check.linear import (
     LEVEL,
     MACRO_BLOCKS,
     CheckOutcome,
+    answer,
     asked_for,
     bearable,
     check_demand,
@@ -62,7 +63,7 @@ class LimitState:
     damping: float  #: [per cent]
     ag: float  #: peak ground acceleration up to which all are borne, in units of g
     demand: float | None  #: what is asked for, in units of g
-    satisfied: bool | None  #: whether that is borne; None without one
+    satisfied: bool | None  #: whether that is borne; None without one, and where the check is not verified
 
 
 @dataclass(frozen=True)
@@ -94,10 +95,7 @@ class NonlinearCheck(Result):
     @property
     def outcome(self) -> CheckOutcome:
         """Whether all demands that are given are borne."""
-        asked = [state.satisfied for state in self.states if state.satisfied is not None]
-        if not asked:
-            return CheckOutcome.CAPACITY
-        return CheckOutcome.SATISFIED if all(asked) else CheckOutcome.NOT_SATISFIED
+        return answer([state.satisfied for state in self.states if state.demand is not None])
 
     def state(self, name: str) -> LimitState:
         """Return a limit state.
@@ -132,6 +130,8 @@ class NonlinearCheck(Result):
             CheckOutcome.CAPACITY: CheckOutcome.CAPACITY.value,
             CheckOutcome.SATISFIED: "Satisfied: all demands are borne.",
             CheckOutcome.NOT_SATISFIED: "Not satisfied: a demand is not borne.",
+            CheckOutcome.NOT_VERIFIED: "Not verified: all demands are borne without the inertia of permanent loads, "
+            "whose mass is left out.",
         }
         lines = [
             told[self.outcome],
@@ -312,6 +312,8 @@ def nonlinear_check(
         held = borne(there, bounded)
         period = factor * np.pi * float(np.sqrt(there / held))
         states.append(_displaced(name, there, held, period, damping, ground[name], floor, asked.get(name)))
+    if idle:
+        states = [replace(state, satisfied=None if state.satisfied else state.satisfied) for state in states]
     return NonlinearCheck(
         alpha0=float(curve.lower[0]),
         participation=share,

@@ -93,8 +93,8 @@ def check_pushed(
     if idle <= BALANCE * float(weights[free].sum()):
         return push, ()
     return push, (
-        f"permanent loads of {idle:.6g} N press down and have no mass; what of them is weight is given by masses=, "
-        f"without which alpha0 is too high",
+        f"permanent loads of {idle:.6g} N press down and have no mass, so alpha0 is too high; what of them is weight "
+        f"must be accelerated, too: as blocks, or in Python as masses of the check and in the load of the limit",
     )
 
 

@@ -16,8 +16,8 @@ from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError, check_choice, check_names, known_options, no_such
-from blockstat.result import Result, finite
-from blockstat.sequence.props import Falsework, Prop, on_props
+from blockstat.result import Result, counted, finite
+from blockstat.sequence.props import Falsework, Prop, check_on_block, on_props, prop_of
 from blockstat.sequence.states import Whole
 from blockstat.system.reading import text_of
 from blockstat.system.workers import in_stretches
@@ -136,7 +136,7 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
             str(data.get("name", Path(path).stem)),
             str(data.get("assembly", "")),
             {k: v for k, v in data.items() if k not in KEYS},
-            {str(name): _prop(str(name), prop) for name, prop in data.get("props", {}).items()},
+            {str(name): prop_of(str(name), prop) for name, prop in data.get("props", {}).items()},
         )
         check_plan(plan, assembly)
     except OSError as error:
@@ -153,16 +153,6 @@ def _step(step: dict[str, Any], number: int) -> Step:
     if unknown:
         raise InputError(f"step {number}: {no_such('key', min(unknown), STEP_KEYS)}")
     return Step(*(check_names(f"step {number}: {key}", step.get(key, ())) for key in ("install", "hold", "in", "out")))
-
-
-def _prop(name: str, given: Any) -> Prop:
-    try:
-        assert set(given) == {"block", "point", "direction"}
-        point, direction = (tuple(float(x) for x in given[key]) for key in ("point", "direction"))
-        return Prop(str(given["block"]), point, direction)  # type: ignore[arg-type]
-    except (KeyError, TypeError, ValueError, AssertionError):
-        form = '{"block": NAME, "point": [x, y, z], "direction": [x, y, z]}'
-        raise InputError(f'prop "{name}" is {given!r}; it must read {form}') from None
 
 
 def write_plan(plan: Plan, path: str | Path) -> None:
@@ -206,8 +196,8 @@ def check_plan(plan: Plan, assembly: Assembly) -> None:
     ------
     InputError
         One sentence with the step: for a block that is unknown, put in twice, held or let go before it is put in, held
-        twice, or never put in; for a prop that is unknown, set up twice, taken away before it is set up, or set up
-        under a block that is not there.
+        twice, or never put in; for a prop that is unknown, set up twice, taken away before it is set up, set up under a
+        block that is not there, or not on its block.
     """
     since: dict[str, str] = {}
     for where, blocks in (("the boundary", plan.boundary), ("never_installed", plan.never_installed)):
@@ -251,6 +241,8 @@ def _check_put_in(plan: Plan, number: int, block: str, since: dict[str, str]) ->
 def _check_props(plan: Plan, assembly: Assembly) -> None:
     for name, prop in plan.props.items():
         _check_names(assembly, f'prop "{name}"', (prop.block,))
+        step = next((f"step {k}: " for k, step in enumerate(plan.steps) if name in step.props_in), "")
+        check_on_block(assembly, prop, f'{step}prop "{name}"')
     standing = set[str]()
     for k, (step, (present, _)) in enumerate(zip(plan.steps, plan.states(), strict=True)):
         for name in (*step.props_in, *step.props_out):
@@ -349,7 +341,7 @@ class PlanVerdict(Result):
         Parameters
         ----------
         limit : int, optional
-            Most blocks that are named.
+            Most blocks and props that are named.
 
         Returns
         -------
@@ -376,6 +368,10 @@ class PlanVerdict(Result):
                 f"{len(on)} steps stand on props; step {worst} needs most: at least {most.total:.6g} N in total, then"
             )
             lines.append(f"{line} with up to {most.peak:.6g} N in one of them.")
+        if self.plan.steps and (left := self.plan.standing_props()[-1]):
+            more = f" and {len(left) - limit} more" if len(left) > limit else ""
+            line = f"{counted(len(left), 'prop')} never taken away: {', '.join(left[:limit])}{more}."
+            lines.append(f"{line} The last step is judged with them.")
         if self.tilt and self.tilt_any_way:
             least, every = min(self.tilt), min(self.tilt_any_way)
             line = f"The ground may tilt by {least:.2f} deg towards +x, -x, +y and -y in any step, least at step"

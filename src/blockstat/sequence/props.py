@@ -62,6 +62,35 @@ class Prop:
         check_vector(f'prop under "{self.block}": direction', self.direction)
 
 
+def prop_of(name: str, given: Any) -> Prop:
+    """Return a prop of a file.
+
+    Parameters
+    ----------
+    name : str
+        That the file gives it.
+    given : object
+        What the file says of it.
+
+    Returns
+    -------
+    Prop
+        The prop.
+
+    Raises
+    ------
+    InputError
+        For anything but its block, point and direction.
+    """
+    try:
+        assert set(given) == {"block", "point", "direction"}
+        point, direction = (tuple(float(x) for x in given[key]) for key in ("point", "direction"))
+        return Prop(str(given["block"]), point, direction)  # type: ignore[arg-type]
+    except (KeyError, TypeError, ValueError, AssertionError):
+        form = '{"block": NAME, "point": [x, y, z], "direction": [x, y, z]}'
+        raise InputError(f'prop "{name}" is {given!r}; it must read {form}') from None
+
+
 class FalseworkOutcome(Sentence):
     """Whether props can hold a state."""
 
@@ -264,16 +293,37 @@ def held_by_props(
         block = assembly.blocks_named(prop.block, "falsework")[0]
         if not free[block]:
             raise InputError(f'falsework: block "{prop.block}" is held or not present; props stand under free blocks')
-        place, low, high = np.asarray(prop.point, dtype=float), assembly.bounds[0][block], assembly.bounds[1][block]
-        # The whole box: the centre of a warped face or of a notched one lies in it, and so does a hoist's centroid.
-        room = ON_BLOCK * float(assembly.size[block])
-        if not ((low - room <= place) & (place <= high + room)).all():
-            raise InputError(
-                f'falsework: the prop at {place.tolist()} is not on block "{prop.block}", which is from {low.tolist()} '
-                f"to {high.tolist()}"
-            )
+        check_on_block(assembly, prop, "falsework: the prop")
     problem = whole.propped(free, present)
     return problem, *_least(problem, props, least)
+
+
+def check_on_block(assembly: Assembly, prop: Prop, called: str) -> None:
+    """Check that a prop pushes on its block.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        All blocks.
+    prop : Prop
+        The prop.
+    called : str
+        How a message begins.
+
+    Raises
+    ------
+    InputError
+        For a point beyond the box of the block.
+    """
+    block = assembly.blocks_named(prop.block, called)[0]
+    place, low, high = np.asarray(prop.point, dtype=float), assembly.bounds[0][block], assembly.bounds[1][block]
+    # The whole box: the centre of a warped face or of a notched one lies in it, and so does a hoist's centroid.
+    room = ON_BLOCK * float(assembly.size[block])
+    if not ((low - room <= place) & (place <= high + room)).all():
+        raise InputError(
+            f'{called} at {place.tolist()} is not on block "{prop.block}", which is from {low.tolist()} '
+            f"to {high.tolist()}"
+        )
 
 
 def _least(problem: Problem, props: tuple[Prop, ...], least: str) -> tuple[Falsework, Floats]:

@@ -36,6 +36,8 @@ Where = str | int | tuple[float, float, float, float, float, float]
 MOVING = 0.01
 #: Joints that open or slide by less than this, relative to the movement of the supports, stay shut.
 SHUT = 1e-4
+#: What sticks out of a region by less than this, relative to the smaller block of the joint, is rounding.
+ROUNDING = 1e-6
 FALLS_ANYWAY = "it falls without any movement of its supports"  #: says what does not stand
 
 
@@ -218,7 +220,8 @@ def settle(
     moves : mapping
         Displacement [m], three numbers, of each part of the supports that moves. A part is named by a support block, by
         a group of supports, or by a block or a group that stands on supports, which then move below it alone. Six
-        numbers (x0, y0, z0, x1, y1, z1) are a region: the supports move where their joints lie inside that box.
+        numbers (x0, y0, z0, x1, y1, z1) are a region: the supports move where their joints lie inside that box, which
+        must hold each of these joints whole.
     friction, gravity, loads, gap, interfaces, solver
         As in `blockstat.assess`.
 
@@ -230,8 +233,8 @@ def settle(
     Raises
     ------
     InputError
-        When the assembly does not stand or jams, for a part that is nowhere or that two moves share, or for an option
-        that does not exist.
+        When the assembly does not stand or jams, for a part that is nowhere or that two moves share, for a region that
+        cuts a joint of a support, or for an option that does not exist.
 
     Notes
     -----
@@ -390,9 +393,8 @@ def _part(problem: Problem, where: Any) -> tuple[Ints, Ints]:
     between = _on_supports(problem)
     if isinstance(where, tuple):
         lower, upper = np.sort(np.asarray(where, dtype=float).reshape(2, 3), axis=0)
-        count = np.maximum(np.diff(faces.start), 1)[:, None]
-        centre = np.add.reduceat(faces.point, faces.start[:-1]) / count
-        found = np.flatnonzero(between & (centre >= lower).all(axis=1) & (centre <= upper).all(axis=1))
+        inside = [_lies_in(problem, k, lower, upper, _called(where)) for k in np.flatnonzero(between).tolist()]
+        found = np.flatnonzero(between)[np.array(inside, dtype=bool)]
         if not len(found):
             raise InputError(f"{_called(where)}: no joint of a support lies in this box")
         return np.empty(0, dtype=np.int64), found
@@ -411,6 +413,43 @@ def _part(problem: Problem, where: Any) -> tuple[Ints, Ints]:
         what = "nothing rests on it or is tied to it" if len(supports) else "it does not stand on a support"
         raise InputError(f"{_called(where)}: {what}, so no support can move there")
     return supports, found
+
+
+def _lies_in(problem: Problem, joint: int, lower: Floats, upper: Floats, called: str) -> bool:
+    """Whether a joint lies in a box, or beside it; one that lies partly in it is refused."""
+    assembly, pair = problem.assembly, problem.interfaces.pair[joint]
+    corners = problem.interfaces.outline(joint)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    room = ROUNDING * float(assembly.size[pair].min())
+    beyond = np.maximum(lower - low, high - upper)
+    if (beyond <= room).all():
+        return True
+    # Where the joint is flat it may lie in a face of the box; where it is wide, touching a face is to lie beside it.
+    margin = np.where(high - low > 2 * room, room, -room)
+    if not len(_cut_to(corners, lower + margin, upper - margin)):
+        return False
+    k = int(np.argmax(beyond))
+    a, b = (assembly.names[block] for block in pair)
+    ends = np.round([[low[k], high[k]], [lower[k], upper[k]]], 9) + 0.0  # no -0
+    joint_ends, box_ends = (f"from {one:.7g} to {two:.7g} m" for one, two in ends)
+    raise InputError(
+        f'{called}: the joint of "{a}" and "{b}" lies partly in this box: it is {joint_ends} in {"xyz"[k]}, the box '
+        f"{box_ends}; the box must hold whole joints, so divide the support or the block there, or take a box that "
+        "holds the joint"
+    )
+
+
+def _cut_to(corners: Floats, lower: Floats, upper: Floats) -> Floats:
+    """Return the corners of the part of a convex polygon, or of a line, that lies in a box."""
+    for axis in range(3):
+        for side, bound in ((1.0, lower[axis]), (-1.0, upper[axis])):
+            inside = side * (corners[:, axis] - bound)
+            follow, then = np.roll(corners, -1, axis=0), np.roll(inside, -1)
+            crossed = inside * then < 0
+            share = inside / np.where(crossed, inside - then, 1.0)
+            both = np.stack([corners, corners + share[:, None] * (follow - corners)], axis=1)
+            corners = both[np.stack([inside >= 0, crossed], axis=1)]
+    return corners
 
 
 def _called(where: Any) -> str:

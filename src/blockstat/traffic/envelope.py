@@ -136,7 +136,8 @@ def moving_load(
         Places of the first axle, even from where it enters the path to where the last axle leaves it.
     joints : bool, optional
         Further places where an axle passes from a block to the next, or enters or leaves the path, on both sides. The
-        worst of all places is among them. Without a spread only.
+        worst of all places is among them. Without a spread only. With joints=False these places are left out, and an
+        even place where an axle stands on a joint is there twice, once for each side.
     only_worst : bool, optional
         Ask for the envelope alone: the bracket of the worst place is as narrow as `tolerance` says, and every other
         place is proven to carry as much. Elsewhere the upper bounds are those of the mechanisms found, and may be far
@@ -192,7 +193,7 @@ def moving_load(
     problem = replace(problem, warnings=(*told, *problem.warnings))
     faces = facing(problem.assembly, selected(assembly, None, group), up_of(problem.assembly), shared)
     road = road_along(problem.assembly, path, faces, spread=spread)
-    place, side, joint = places_of(road, train, positions, joints and spread is None)
+    place, side, joint = places_of(road, train, positions, joints, spread=spread)
     which = np.where(joint, side, 0)
     wrenches = train_loads(road, train, place, which, spread=spread, footprint=footprint)
     given: dict[str, Any] = {"loads": loads, "gap": gap, "interfaces": shared}

@@ -232,7 +232,9 @@ def checked_train(axles: Sequence[Sequence[float]]) -> Floats:
     return train
 
 
-def places_of(road: Road, train: Floats, positions: int, joints: bool) -> tuple[Floats, Ints, np.ndarray]:
+def places_of(
+    road: Road, train: Floats, positions: int, joints: bool, *, spread: float | None
+) -> tuple[Floats, Ints, np.ndarray]:
     """Return places of the first axle along a path.
 
     Parameters
@@ -244,7 +246,10 @@ def places_of(road: Road, train: Floats, positions: int, joints: bool) -> tuple[
     positions
         How many even ones.
     joints
-        Whether to add those where an axle stands where a stretch begins or ends, on both sides.
+        Whether to add those where an axle stands where a stretch begins or ends, on both sides. Without, an even one
+        where one does is given on both sides.
+    spread
+        As in `train_loads`; with a spread no axle stands on a block, and there are even places alone.
 
     Returns
     -------
@@ -257,12 +262,14 @@ def places_of(road: Road, train: Floats, positions: int, joints: bool) -> tuple[
     """
     last = float(road.length[-1] + train[:, 0].max())
     even = np.linspace(0.0, last, positions) if positions > 1 else np.array([last / 2])
-    if not joints:
+    if spread is not None:
         return even, np.ones(len(even), dtype=np.int64), np.zeros(len(even), dtype=bool)
     ends = np.unique(np.concatenate([road.start, road.end]))
     met = np.unique((ends[:, None] + train[:, 0]).round(12))
     met = np.append(met[(met > road.room) & (met < last - road.room)], [0.0, last][: 2 if len(met) else 0])
     met = np.unique(met)
+    if not joints:
+        met = even[np.searchsorted(met, even - road.room) < np.searchsorted(met, even + road.room, side="right")]
     after, before = met[met < last], met[met > 0.0]  # beyond both there is no train
     place = np.concatenate([np.setdiff1d(even, met), after, before])
     side = np.concatenate([np.ones(len(place) - len(before)), -np.ones(len(before))]).astype(np.int64)

@@ -127,7 +127,7 @@ def verify(
         if len(files) > 1:
             raise InputError("--case goes with one file")
         assembly = read(files[0])
-        acting = chosen_case(assembly, files[0], case, loads_file, gap=near)
+        acting = chosen_case(assembly, files[0], case, loads_file, gap=near, tilt=tilt)
         loads += as_loads(assembly, None if acting is None else acting.loads)
     actions = stiffness_of(inertia_scale, angular_stiffness)
     evaluate = partial(run, settings=settings, loads=loads, actions=actions, gap=near, engine=engine)
@@ -252,7 +252,7 @@ def limit(
 
     near = gap_of(gap)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    growing, permanent = load_and_loads(direction, chosen_case(assembly, file, case, loads_file, gap=near))
+    growing, permanent = load_and_loads(direction, chosen_case(assembly, file, case, loads_file, gap=near, tilt=tilt))
     settings = Settings.named(preset, roof_threshold=threshold, brick_threshold=threshold)
     with at_work("static limit") as say:
         found = run(

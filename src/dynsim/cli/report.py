@@ -43,5 +43,6 @@ def report(
     code = asked_code(ag, soil, f0, tc, confidence, behaviour)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     simulated = partial(verify, settings=Settings.named(preset), gap=near)
-    options = {"units": units, "gap": near, "directions": directions, "case": case, "loads": loads, "code": code}
-    write_report(file, assembly, output, verify=simulated, **options)
+    acting = {"case": case, "loads": loads, "tilt": tilt}
+    options = {"units": units, "gap": near, "directions": directions, "code": code}
+    write_report(file, assembly, output, verify=simulated, **options, **acting)
