@@ -181,7 +181,7 @@ def test_a_face_of_an_obj_with_a_corner_that_does_not_exist_says_which(tmp_path,
     path.write_text("\n".join([*obj_lines(STONE), f"f 1 2 {corner}"]))  # a cube has eight
     with pytest.raises(InputError) as error:
         read(path, supports=[0])
-    assert str(error.value) == f"{path}: line 15: a face has the corner {corner}, and 8 vertices come before it"
+    assert str(error.value) == f'{path}: line 15: "f" has the corner {corner}, and 8 vertices come before it'
 
 
 def test_a_line_of_an_obj_goes_on_after_a_backslash(tmp_path):

@@ -181,7 +181,7 @@ def test_all_bad_lines_of_an_obj_file_are_told(tmp_path):
     path.write_text("\n".join(lines))
     why = {
         vertex: 'cannot be read as "v" of an OBJ file',
-        face: "a face has the corner 999, and 24 vertices come before it",  # three cubes
+        face: '"f" has the corner 999, and 24 vertices come before it',  # three cubes
         note: 'cannot be read as "# blockstat" of an OBJ file',
     }
     assert lines_of(lambda: read(path)) == [f"{path}: line {number + 1}: {why[number]}" for number in sorted(why)]

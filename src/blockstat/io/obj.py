@@ -107,7 +107,7 @@ def _corners(items: list[str], n_vertices: int) -> list[int]:
         raise ValueError
     for corner in given:
         if not 1 <= abs(corner) <= n_vertices:
-            raise InputError(f"a face has the corner {corner}, and {n_vertices} vertices come before it")
+            raise InputError(f'"f" has the corner {corner}, and {n_vertices} vertices come before it')
     return [c - 1 if c > 0 else n_vertices + c for c in given]
 
 

@@ -166,7 +166,7 @@ def _cut(local: Floats, faces: Sequence[np.ndarray], size: float, depth: float, 
     surfaces = [local[triangles], _split_alike(local, faces, size)]
     if abs(_volume(surfaces[0]) / volume - 1.0) > BENT:
         surfaces.reverse()
-    if np.array_equal(*surfaces):
+    if np.array_equal(surfaces[0], surfaces[1]):
         surfaces.pop()
     first = None
     for surface in surfaces:
