@@ -321,8 +321,8 @@ def check_on_block(assembly: Assembly, prop: Prop, called: str) -> None:
     room = ON_BLOCK * float(assembly.size[block])
     if not ((low - room <= place) & (place <= high + room)).all():
         raise InputError(
-            f'{called} at {place.tolist()} is not on block "{prop.block}", which is from {low.tolist()} '
-            f"to {high.tolist()}"
+            f'{called} at {place.tolist()} is not on block "{prop.block}", which is from {low.round(6).tolist()} '
+            f"to {high.round(6).tolist()}"
         )
 
 
