@@ -45,7 +45,7 @@ def test_settlements_with_joint_laws(law):
 
 
 def test_foundations_that_move_in_part():
-    found = settle(running_bond(2, 2), {(0, -1, -1, 0.5, 1, 0.1): (0, 0, -0.01)})
+    found = settle(running_bond(2, 2), {(0, -1, -1, 0.4, 1, 0.1): (0, 0, -0.01)})
     assert not found.mechanism[0].any()
     assert_noticed(found, derived.check_settlement)
     (part,) = found.foundations

@@ -16,6 +16,8 @@ from blockstat.typing import Floats, Ints
 from dynsim.engine.decompose import FLUSH, Cut, convex_pieces
 from dynsim.engine.filling import fills
 
+#: A block whose hull is larger by more than this fraction is not convex.
+CONVEX = 1e-6
 #: Right angles and equal edges to this fraction of the block's size make a box.
 SQUARE = 1e-7
 
@@ -108,10 +110,11 @@ def _shape(assembly: Assembly, block: int, depth: float, exact: bool) -> Shape:
         return Shape(rotation, half, (local @ rotation,), moments)
     moments, rotation = _axes(assembly.inertia[block], bool(assembly.support[block]))
     local = local @ rotation
-    hull = _hull(local)
-    if not fills(local[triangulate(local, faces)], [hull], min(FLUSH * assembly.size[block], depth)):
+    hull, volume = _hull(local), float(assembly.volume[block])
+    # A recess that is narrow beside the block is little of its volume; one that is not needs no closer look.
+    hollow = hull.volume > (1 + CONVEX) * volume
+    if not hollow and not fills(local[triangulate(local, faces)], [hull], min(FLUSH * assembly.size[block], depth)):
         return Shape(rotation, None, (local[hull.vertices],), moments)
-    volume = float(assembly.volume[block])
     cut = _cut(local, faces, float(assembly.size[block]), depth, volume, exact=exact)
     return Shape(rotation, None, cut.pieces, moments, cut.filled)
 

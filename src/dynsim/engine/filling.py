@@ -45,6 +45,8 @@ def _fills(surface: Floats, planes: Floats, depth: float) -> bool:
     radius, centre = inscribed_balls(planes[:, :3], -planes[:, 3], np.array([0, len(planes)]))
     if radius[0] <= depth:
         return False
+    if not contains(surface, centre[0]):
+        return True
     # Triangles with all corners in front of one face of the core stay out of it.
     below = -(surface @ planes[:, :3].T + planes[:, 3]) - depth
     left = surface[(below.max(axis=1) > 0).all(axis=1)]
@@ -52,7 +54,7 @@ def _fills(surface: Floats, planes: Floats, depth: float) -> bool:
         if not len(left):
             break
         left = part_above(left, -(left @ plane[:3] + plane[3]) - depth)
-    return bool(len(left)) or not contains(surface, centre[0])
+    return bool(len(left))
 
 
 def part_above(soup: Floats, height: Floats) -> Floats:
