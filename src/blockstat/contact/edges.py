@@ -27,6 +27,7 @@ from blockstat.contact.features import (
 from blockstat.geometry.convexity import protrusions, separations
 from blockstat.geometry.polyhedron import Polyhedra, members
 from blockstat.geometry.topology import edge_topology
+from blockstat.surface.distance import segment_distances
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -389,22 +390,9 @@ def _stays(search: Search, features: Features, apart: Floats, tolerances: Tolera
     for found in features_of(again, tolerances.steepest):
         row = found.row
         same = np.einsum("ij,ij->i", found.normal, features.normal[row]) >= ONE_PATCH
-        same &= (_distances(features.ends[row], found.ends) <= reach[row]) & ~found.rim
+        same &= (segment_distances(features.ends[row], found.ends) <= reach[row]) & ~found.rim
         stays[row[same]] = True
     return stays
-
-
-def _distances(ends: Floats, others: Floats) -> Floats:
-    """How far the nearer end of each of some segments is from another segment, or the reverse, shape (n,) [m]."""
-
-    def from_segment(points: Floats, segment: Floats) -> Floats:
-        line = (segment[:, 1] - segment[:, 0])[:, None]
-        offset = points - segment[:, :1]
-        square = np.maximum((line**2).sum(axis=2), np.finfo(float).tiny)
-        share = np.clip((offset * line).sum(axis=2) / square, 0.0, 1.0)
-        return np.linalg.norm(offset - share[..., None] * line, axis=2).min(axis=1)
-
-    return np.minimum(from_segment(ends, others), from_segment(others, ends))
 
 
 def _merged(search: Search, known: Contacts) -> tuple[list[tuple[int, Patch]], list[Patch]]:

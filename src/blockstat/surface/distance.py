@@ -106,7 +106,7 @@ def _distances(solid: Polyhedra, edges: _Edges, pairs: Ints, bound: float) -> Fl
     boxes = [(solid.bounds[0][pairs[:, i]], solid.bounds[1][pairs[:, i]]) for i in (0, 1)]
     near = [_near_box(edges.box, edges.first, edges.count, pairs[:, i], boxes[1 - i], bound) for i in (0, 1)]
     row, one, other = _matches(near[0], near[1], edges.box, edges.box, len(pairs), bound)
-    np.minimum.at(best, row, _segments(edges.ends[one], edges.ends[other]))
+    np.minimum.at(best, row, segment_distances(edges.ends[one], edges.ends[other]))
     for i in (0, 1):
         faces = _near_box(edges.face_box, edges.first_face, edges.faces, pairs[:, 1 - i], boxes[i], bound)
         row, edge, face = _matches(near[i], faces, edges.box, edges.face_box, len(pairs), bound)
@@ -135,8 +135,26 @@ def _matches(
     return a[0][which[near]], one[near], other[near]
 
 
-def _segments(one: Floats, other: Floats) -> Floats:
-    """Distance between segments, shapes (n, 2, 3) (Ericson: Real-Time Collision Detection, 2005, section 5.1.9)."""
+def segment_distances(one: Floats, other: Floats) -> Floats:
+    """Return the distances between segments (Ericson: Real-Time Collision Detection, 2005, section 5.1.9).
+
+    Parameters
+    ----------
+    one, other : array of float, shape (n, 2, 3)
+        Their ends [m]; both may be one point.
+
+    Returns
+    -------
+    array of float, shape (n,)
+        Of each of the first from that of the second [m].
+
+    Examples
+    --------
+    >>> cross = np.array([[[-1.0, 0, 0], [1, 0, 0]]]), np.array([[[0, -1.0, 2], [0, 1, 2]]])
+    >>> point = np.full((1, 2, 3), [4.0, 0, 4])
+    >>> [segment_distances(*pair).item() for pair in (cross, (cross[0], point), (point, point))]
+    [2.0, 5.0, 0.0]
+    """
     p, d = one[:, 0], one[:, 1] - one[:, 0]
     q, e = other[:, 0], other[:, 1] - other[:, 0]
     r = p - q
@@ -144,8 +162,8 @@ def _segments(one: Floats, other: Floats) -> Floats:
     f, g = _dot(d, r), _dot(e, r)
     skew = a * c - b * b
     s = np.where(skew > 1e-14 * a * c, (b * g - c * f) / np.where(skew > 0, skew, 1.0), 0.0).clip(0, 1)
-    t = ((b * s + g) / c).clip(0, 1)
-    s = ((b * t - f) / a).clip(0, 1)
+    t = ((b * s + g) / np.where(c > 0, c, 1.0)).clip(0, 1)
+    s = ((b * t - f) / np.where(a > 0, a, 1.0)).clip(0, 1)
     return np.linalg.norm(r + s[:, None] * d - t[:, None] * e, axis=1)
 
 
