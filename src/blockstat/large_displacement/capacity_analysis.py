@@ -26,7 +26,7 @@ from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
-from blockstat.large_displacement.statics.limit_state import associated_limit, limit_state
+from blockstat.large_displacement.statics.limit_state import associated_multiplier, limit_state
 from blockstat.solve.dispatch import CHOICES
 from blockstat.typing import Floats
 
@@ -261,8 +261,8 @@ def _capacity_point(state: PathState, limit: LimitLoad) -> CapacityPoint:
     elif state.residual_gap is not None:
         upper = max(upper, state.upper or upper)
     elif linkage.slides_with_friction:
-        found = associated_limit(linkage.configuration(point.pose, point.parameter))
-        upper = upper if found is None or found.multiplier is None else max(upper, found.multiplier)
+        found = associated_multiplier(linkage.configuration(point.pose, point.parameter))
+        upper = upper if found is None else max(upper, found)
     closed_points = np.bincount(linkage.contacts.joint, linkage.closed, limit.interfaces.n_interfaces)
     points = np.bincount(linkage.contacts.joint, minlength=limit.interfaces.n_interfaces)
     open_joints = np.flatnonzero((closed_points < points) | (points == 0))  # faces that have left each other have none

@@ -27,6 +27,8 @@ ALMOST = 1e-6
 RAY = 1e-8  #: violation of a ray that proves a program infeasible or unbounded
 ASK = 1.0  #: error of M'z + q = 0, in units of the mean weight, from which an answer may be accepted
 PATIENCE = 8  #: iterations without progress
+#: With tau below this, relative to kappa, an iterate is a ray to rounding: no better ray and no answer follow it.
+ROUNDING = 2.0**-52
 STEP = 0.99
 INSIDE = 0.1  #: depth of a start at multipliers, in mean weights, and its complementarity
 LARGE = 1e3  #: multipliers beyond this change the proximal term of their own no more
@@ -121,12 +123,12 @@ def _iterate(
     best, best_error, least, waited, asked = state, np.inf, np.inf, 0, ASK
     iteration = 0
     for iteration in range(MOST_ITERATIONS):
-        if not (state.tau**2):  # a ray to rounding: no candidate for an answer is left
-            break
         rest = _residuals(program, kkt, state)
         status, error = _convergence(program, state, rest)
         if status is not None:
             return _answer(program, state, status, iteration)
+        if state.tau <= ROUNDING * max(state.kappa, ROUNDING):
+            break
         if error < early.accuracy:
             return _answer(program, state, Status.ALMOST_SOLVED, iteration)
         if early.twist is not None and early.twist(program.twist(state.x / state.tau)):

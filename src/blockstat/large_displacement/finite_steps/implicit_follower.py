@@ -24,8 +24,8 @@ from blockstat.large_displacement.finite_steps.trial_state import per_unit_param
 from blockstat.large_displacement.linkage.jump import FALLING_TOGETHER, MAX_PART_FALLEN
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEnd, PathPoint, PathState
-from blockstat.large_displacement.statics.implicit_step import ACCURACY, ImplicitStep, implicit_step, settling_step
-from blockstat.large_displacement.statics.limit_state import associated_limit
+from blockstat.large_displacement.statics.implicit_step import ImplicitStep, implicit_step, settling_step
+from blockstat.large_displacement.statics.limit_state import associated_multiplier
 from blockstat.typing import Floats, Ints
 
 #: Contacts with a gap up to this may close in a step. Relative to the median size of the blocks. Chosen: a block that
@@ -51,6 +51,9 @@ MAX_STEPS = 2000
 MAX_END_TRIALS = 6
 #: A multiplier below this, relative to that at the beginning, is not positive. Chosen: what solvers leave.
 NO_MULTIPLIER = 1e-6
+#: Accuracy of the upper bound of a state, as in `EarlyEnd`: a hundredth of the default tolerance of a curve. No error
+#: of it adds up, as no step follows from it.
+BOUND_ACCURACY = 1e-6
 #: Below this half of an angle [rad] the second coefficient of a screw motion is its limit. Chosen: the difference is
 #: then below rounding.
 SMALL_ANGLE = 1e-4
@@ -283,8 +286,7 @@ def _state(here: Here) -> PathState:
     linkage = replace(here.linkage, sticking=step.holds & ~step.slides, sliding=step.slides)
     upper = None
     if step.slides.any():
-        found = associated_limit(linkage.configuration(here.pose, 0.0), accuracy=ACCURACY)
-        upper = None if found is None else found.multiplier
+        upper = associated_multiplier(linkage.configuration(here.pose, 0.0), BOUND_ACCURACY)
     rate = per_unit_parameter(linkage, here.pose, step.motion)
     point = PathPoint(here.parameter, here.pose, rate, step.multiplier)
     return PathState(point, linkage, step.forces, step.residual_gap, upper)

@@ -14,7 +14,7 @@ from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
 from blockstat.large_displacement.displaced.structure import Configuration, Structure
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathPoint, PathState
-from blockstat.large_displacement.statics.limit_state import LimitState, associated_limit
+from blockstat.large_displacement.statics.limit_state import LimitState, associated_multiplier
 from blockstat.typing import Floats
 
 #: Stands where no limit state has been found yet.
@@ -100,8 +100,7 @@ def path_state(trial: TrialState) -> PathState:
     assert limit.multiplier is not None
     assert limit.forces is not None
     if linkage.control is not None and not linkage.associated and linkage.sliding.any():
-        associated = associated_limit(trial.configuration)
-        upper = None if associated is None else associated.multiplier
+        upper = associated_multiplier(trial.configuration)
     rate = per_unit_parameter(linkage, trial.pose, limit.mechanism)
     point = PathPoint(trial.parameter, trial.pose, rate, limit.multiplier)
     return PathState(point, linkage, limit.forces, trial.residual_gap, upper)

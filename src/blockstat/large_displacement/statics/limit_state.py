@@ -59,7 +59,6 @@ def limit_state(
     *,
     associated: bool = True,
     guess: Floats | None = None,
-    accuracy: float = 0.0,
 ) -> LimitState:
     """Find the limit multiplier of a displaced structure, its mechanism and its forces.
 
@@ -73,8 +72,6 @@ def limit_state(
     guess
         A mechanism near the wanted one, of any magnitude, shape (n_blocks, 6). De Saxce's fixed point begins with its
         slip. Associated flow does not use it.
-    accuracy
-        As in `EarlyEnd`.
 
     Returns
     -------
@@ -82,43 +79,62 @@ def limit_state(
         Where no multiplier is carried, how the blocks fall. Blocks that nothing holds fall along their load, those that
         touch each other as one body. An infinite multiplier has a proof.
     """
-    problem, structure = configuration.problem(), configuration.structure
-    if problem.program is None or len(problem.floating):
+    problem = configuration.problem()
+    own = _limit_program(configuration, problem)
+    if own is None:
         return LimitState(None, free_fall(problem), None)
-    program, columns = problem.program, problem.eq.points
-    live = structure.live_load(configuration.pose)
-    load = problem.scaled(live)
-    unit = float(np.abs(load).sum()) / program.total_load  # scales the live load to the size of the weight
-    points, first = slice(program.n_points), np.zeros(program.n_points)
+    program, columns = own.program, problem.eq.points
+    live = configuration.structure.live_load(configuration.pose)
+    none = first = np.zeros(program.n_points)
     # In the program the live load has a unit power, so the slip of the guess is divided by its power.
     if guess is not None and (power := float((live * guess).sum())) > 0:
         rate = relative_motion(problem.assembly, problem.interfaces, guess)[columns]
-        first = uplift(program, rate) * (program.force_unit * unit / power)
-
-    def solve_with(lifted: Floats) -> Answer:
-        offset = np.zeros((len(program.friction), 3))
-        offset[points, 0] = lifted
-        conic = conic_program(program, -program.load, pinned=load / unit, offset=offset.reshape(-1))
-        return solve(conic, solver=structure.solver, early=EarlyEnd(accuracy=accuracy))
+        first = uplift(program, rate) * (program.force_unit * own.unit / power)
 
     def rates_of(answer: Answer) -> Floats:
-        return (program.matrix.T @ answer.twist).reshape(-1, 3)[points]
+        return (program.matrix.T @ answer.twist).reshape(-1, 3)[: program.n_points]
 
     limits = ROUGH if guess is None else FROM_GUESS
-    none = np.zeros(program.n_points)
-    found = None if associated else without_opening(program, solve_with, rates_of, first, limits, accept_last=True)
+    found = None if associated else without_opening(program, own.solve, rates_of, first, limits, accept_last=True)
     if found is None and first.any():
-        found = without_opening(program, solve_with, rates_of, none, ROUGH, accept_last=True)
-    answer, opening = found or (solve_with(none), None)
+        found = without_opening(program, own.solve, rates_of, none, ROUGH, accept_last=True)
+    answer, opening = found or (own.solve(none), None)
     if answer.status.is_infeasible or answer.status.is_stalled:
-        fall = steepest_descent(problem, program, answer, load / unit)
-        locked = fall is None and _carries_any_multiple(program, answer, load / unit)
+        fall = steepest_descent(problem, program, answer, own.live)
+        locked = fall is None and _carries_any_multiple(program, answer, own.live)
         return LimitState(np.inf if locked else None, np.zeros_like(live) if fall is None else fall, None)
     if opening is not None:
         opening = largest_of_contact(opening, configuration.joints[1][columns], configuration.contacts.number)
-    multiplier = answer.multiplier / unit
-    forces = _forces(problem, replace(program, load=program.load + multiplier * load), answer)
-    return LimitState(multiplier, forces.mechanism, forces, opening)
+    loaded = replace(program, load=program.load + answer.multiplier * own.live)
+    forces = _forces(problem, loaded, answer)
+    return LimitState(answer.multiplier / own.unit, forces.mechanism, forces, opening)
+
+
+@dataclass(frozen=True, eq=False)
+class _LimitProgram:
+    """The program of the limit multiplier of a displaced structure."""
+
+    program: PenaltyProgram
+    live: Floats  #: the live load, as large as the weight
+    unit: float  #: the size of the live load relative to the weight
+    solver: str
+
+    def solve(self, lifted: Floats, accuracy: float = 0.0) -> Answer:
+        """Return the answer where contacts open at least at given rates, shape (n_points,)."""
+        offset = np.zeros((len(self.program.friction), 3))
+        offset[: self.program.n_points, 0] = lifted
+        conic = conic_program(self.program, -self.program.load, pinned=self.live, offset=offset.reshape(-1))
+        return solve(conic, solver=self.solver, early=EarlyEnd(accuracy=accuracy))
+
+
+def _limit_program(configuration: Configuration, problem: Problem) -> _LimitProgram | None:
+    """The program at a pose; None where a block has no contact."""
+    program = problem.program
+    if program is None or len(problem.floating):
+        return None
+    load = problem.scaled(configuration.structure.live_load(configuration.pose))
+    unit = float(np.abs(load).sum()) / program.total_load
+    return _LimitProgram(program, load / unit, unit, configuration.structure.solver)
 
 
 def _forces(problem: Problem, loaded: PenaltyProgram, answer: Answer) -> EquilibriumForces:
@@ -140,8 +156,8 @@ def _carries_any_multiple(program: PenaltyProgram, answer: Answer, load: Floats)
     return checked(alone, answer.force / answer.multiplier)[1]
 
 
-def associated_limit(configuration: Configuration, accuracy: float = 0.0) -> LimitState | None:
-    """Return the limit state with associated flow.
+def associated_multiplier(configuration: Configuration, accuracy: float = 0.0) -> float | None:
+    """Return the limit multiplier with associated flow.
 
     Parameters
     ----------
@@ -152,11 +168,14 @@ def associated_limit(configuration: Configuration, accuracy: float = 0.0) -> Lim
 
     Returns
     -------
-    LimitState or None
+    float or None
         None where no multiplier is carried, or any.
     """
-    found = limit_state(configuration, accuracy=accuracy)
-    return None if found.multiplier is None or np.isinf(found.multiplier) else found
+    own = _limit_program(configuration, configuration.problem())
+    if own is None:
+        return None
+    answer = own.solve(np.zeros(own.program.n_points), accuracy)
+    return None if answer.status.is_infeasible or answer.status.is_stalled else answer.multiplier / own.unit
 
 
 def steepest_descent(problem: Problem, program: PenaltyProgram, answer: Answer, live: Floats | None) -> Floats | None:
