@@ -19,11 +19,13 @@ from blockstat.solve.phase_one import NOTHING, find_forces, find_motion
 from blockstat.typing import Floats
 
 MOST_ITERATIONS = 100
-#: Linear programs are asked for as many digits as there are, for the sake of the bounds that rest on them; the penalty
-#: program gives a score, and its verdict rests on a certificate of its own.
-TOLERANCE, QUADRATIC_TOLERANCE = 1e-11, 1e-10
-#: Where the iteration stalls, an answer this good is still handed on; the certificate check decides.
-ALMOST = 1e-6
+#: An answer this good is solved. Linear programs are asked for as many digits as there are, for the sake of the bounds
+#: that rest on them, until nothing is gained or all but rounding; the penalty program gives a score, and its verdict
+#: rests on a certificate of its own.
+TOLERANCE, QUADRATIC_TOLERANCE, SHARPEST = 1e-11, 1e-10, 1e-14
+#: Where the iteration stalls, an answer this good is still handed on; the certificate check decides. From there on an
+#: error that has grown by the factor LOST again does not come back.
+ALMOST, LOST = 1e-6, 1e2
 RAY = 1e-8  #: violation of a ray that proves a program infeasible or unbounded
 ASK = 1.0  #: error of M'z + q = 0, in units of the mean weight, from which an answer may be accepted
 PATIENCE = 8  #: iterations without progress
@@ -37,8 +39,9 @@ LARGE = 1e3  #: multipliers beyond this change the proximal term of their own no
 #: FEW of the cones may hinder the predictor without a say in the target. A corrector costs about a tenth of an
 #: iteration (COST), so the next is made where the last has made the step longer by more than that.
 #: Where the first mechanism is all that is asked, BRIEF of them keep the twists inside the cones, so that the first
-#: that gains work is one.
-CORRECTORS, BRIEF, FURTHER, NEAR, FEW, COST = 8, 2, 0.3, 0.3, 3e-3, 0.1
+#: that gains work is one. Where the last digits are asked for, FINAL of them keep the iterates so central that most
+#: programs lose none to the normal equations.
+CORRECTORS, BRIEF, FINAL, FURTHER, NEAR, FEW, COST = 8, 2, 1, 0.3, 0.3, 3e-3, 0.1
 #: A start inside: the gap between the bounds, in weights that move as fast as the load, and the first multiplier.
 FIRST_GAP, FIRST_MULTIPLIER, DEEP = 1.0, 0.1, 1e-3
 #: Far from the end solves need not be as good: a share of the iterate's own error, at most the second.
@@ -88,8 +91,15 @@ def solve(program: ConicProgram, early: EarlyEnd = AT_THE_OPTIMUM) -> Answer:
         state = _start(program, kkt) if first.least is None else _start_at(program, kkt, first.least)
     except ArithmeticError:
         return _read(program, 0 * program.cost, 0 * program.bound, Status.STALLED, first.factorisations)
-    answer = _iterate(program, kkt, early, state, correctors=BRIEF if early.brief else 0)
+    answer = _iterate(program, kkt, early, state, correctors=_correctors(program, early))
     return replace(answer, iterations=first.factorisations + answer.iterations)
+
+
+def _correctors(program: ConicProgram, early: EarlyEnd) -> int:
+    """How many of them a step from the usual start makes at most."""
+    if early.brief:
+        return BRIEF
+    return FINAL if not (program.is_quadratic or early.accuracy) else 0
 
 
 def _solve_inside(program: ConicProgram, early: EarlyEnd) -> Answer:
@@ -148,7 +158,7 @@ def _iterate(
         least = min(least, mu)
         if error < best_error:
             best, best_error = state, error
-        if waited > (PATIENCE if best_error > ALMOST else 2):
+        if waited > (PATIENCE if best_error > TOLERANCE else 2) or (best_error < ALMOST and error > LOST * best_error):
             break
         try:
             with np.errstate(over="raise", invalid="raise", divide="raise"):
@@ -156,7 +166,8 @@ def _iterate(
                 state = _step(program, kkt, state, rest, refined, correctors)
         except (ArithmeticError, np.linalg.LinAlgError):
             break
-    return _answer(program, best, Status.ALMOST_SOLVED if best_error < ALMOST else Status.STALLED, iteration)
+    near = Status.SOLVED if best_error < TOLERANCE else Status.ALMOST_SOLVED
+    return _answer(program, best, near if best_error < ALMOST else Status.STALLED, iteration)
 
 
 def _answer(program: ConicProgram, state: _State, status: Status, iterations: int) -> Answer:
@@ -257,7 +268,7 @@ def _convergence(program: ConicProgram, v: _State, rest: _Residuals) -> tuple[St
         largest(rest.dual) / v.tau / max(1.0, largest(program.cost) + (length + largest(v.z)) / v.tau),
         abs(value - other) / max(1.0, min(abs(value), abs(other))),
     )
-    if max(errors) < (QUADRATIC_TOLERANCE if program.is_quadratic else TOLERANCE):
+    if max(errors) < (QUADRATIC_TOLERANCE if program.is_quadratic else SHARPEST):
         return Status.SOLVED, max(errors)
     # A ray is one when what it violates is nothing against what it gains, per unit of all that is given.
     if bound < 0 and not program.compliance:
