@@ -1012,6 +1012,21 @@ def test_a_patch_that_fills_its_hull_in_pieces_is_one_patch():
     assert joined_convex([square[[0, 1, 1]]]) == []
 
 
+@pytest.mark.parametrize(("seed", "sunk"), [*((seed, 0.0) for seed in (0, 1, 2, 324)), (1235, 1e-4)])
+def test_a_concave_joint_has_its_area_however_it_lies(seed, sunk):
+    """An L of three squares of .25 m2 on its like: the triangles that its face is cut into may be all but flat."""
+    plan, turn = (
+        [(0, 0), (1, 0), (1, 0.5), (0.5, 0.5), (0.5, 1), (0, 1)],
+        Rotation.random(random_state=seed).as_matrix(),
+    )
+    lying = [(prism(plan, depth), top) for depth, top in ((0.5, 0.0), (0.3 + sunk, 0.3))]
+    blocks = [
+        replace(block, vertices=(block.vertices[:, [0, 2, 1]] * (1, 1, -1) + (0, 0, top)) @ turn.T)
+        for block, top in lying
+    ]
+    assert find_interfaces(assembly(blocks)).area.sum() == pytest.approx(0.75, rel=1e-3)
+
+
 def test_a_ring_has_the_area_of_the_ring():
     ring = [(0, 0), (4, 0), (4, 4), (0, 4), (0, 0), (1, 1), (1, 3), (3, 3), (3, 1), (1, 1)]
     pieces = convex_pieces(shapely.Polygon(ring[:4], [ring[5:9]]))

@@ -24,6 +24,18 @@ def beam(**options):
     return Assembly.from_blocks(blocks, supports=["ground"], name="beam", density=1000.0, **options)
 
 
+@pytest.mark.parametrize("k", range(12))
+@pytest.mark.parametrize("way", [(0.01, 0, 0), (0.01, 0.005, 0)])
+def test_blocks_that_ride_along_with_a_support_resist_nothing(k, way):
+    """No force does work on a column that moves with its ground: the reaction is zero but for rounding."""
+    blocks = [box((-3, -1, -1), (0, 2, 0), name="still"), box((0, -1, -1), (4, 2, 0), name="moves")]
+    blocks += [box((0.2 + 0.01 * k, 0, 0.3 * i), (1.1 + 0.03 * k, 1, 0.3 * (i + 1))) for i in range(4)]
+    blocks.append(box((-2, 0, 0), (-1, 1, 0.7 + 0.1 * k)))
+    found = settle(Assembly.from_blocks(blocks, supports=["still", "moves"], density=2000.0), {"moves": way})
+    assert found.reaction == pytest.approx(0.0, abs=1e-9 * found.assembly.free_weight)
+    assert found.outcome.word == "pushes"
+
+
 def opening(found, a, b):
     return {crack.blocks: crack.opening for crack in found.cracks()}.get((a, b), 0.0)
 

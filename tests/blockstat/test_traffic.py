@@ -1,7 +1,9 @@
 """A train on a path: places and brackets that follow from statics, what is told, and what is refused."""
 
 import re
-from math import inf, nan
+from dataclasses import replace
+from itertools import pairwise
+from math import cos, inf, nan, sin
 
 import numpy as np
 import pytest
@@ -155,6 +157,23 @@ def test_without_joints_an_even_place_on_one_has_both_its_sides(way, off):
     assert found.upper[3 if way == 1 else 2] == inf
     aside = moving_load(scene, WHEEL, along(1e-3, 4 + 1e-3)[::way], positions=5, joints=False)
     np.testing.assert_allclose(aside.place, [0, 1, 2, 3, 4])
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.234])
+def test_an_even_place_on_a_joint_is_one_place_however_the_scene_lies(angle):
+    """Slabs of .7, .3 and .5 m, each on a pier: even places each .1 m meet all four ends, two of them in the middle."""
+    turn, away = (
+        np.array([[cos(angle), -sin(angle), 0], [sin(angle), cos(angle), 0], [0, 0, 1]]),
+        (1300.0, -7100.0, 0.2),
+    )
+    ends, blocks = np.array([0.0, 0.7, 1.0, 1.5]), []
+    for a, b in pairwise(ends):
+        blocks += [box((a + 0.1 * (b - a), 0, -1), (b - 0.1 * (b - a), 1, 0)), box((a, 0, 0), (b, 1, 0.2))]
+    blocks = [replace(block, vertices=block.vertices @ turn.T + away) for block in blocks]
+    scene = Assembly.from_blocks(blocks, supports=[0, 2, 4], density=1000.0)
+    path = np.array([(x, 0.5, 0.2) for x in (0.0, 1.5)]) @ turn.T + away
+    found = moving_load(scene, WHEEL, path.tolist(), positions=16)
+    np.testing.assert_allclose(found.place, sorted([*np.linspace(0, 1.5, 16), 0.7, 1.0]), atol=1e-6)
 
 
 @pytest.mark.parametrize(("positions", "tolerance"), [(1, 0.1), (1, 1e-9)])

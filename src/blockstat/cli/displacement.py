@@ -228,7 +228,7 @@ def code_check_command(
     direction = numbers(load, 3, "--load", "AX,AY,AZ")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
-    permanent = None if acting is None else acting.loads
+    permanent = None if acting is None else acting.weighted_loads
     with shown_progress(kept=False) as progress:
         limit = limit_load(assembly, direction, loads=permanent, flow=flow, gap=near, progress=progress)
     if limit.outcome is LoadOutcome.STOPPED:

@@ -15,7 +15,7 @@ from blockstat.analysis.limit_load import LimitLoad
 from blockstat.analysis.problem import Loads, checked_loads
 from blockstat.contact.cells import centres
 from blockstat.errors import InputError, check_positive
-from blockstat.loads import acceleration, three
+from blockstat.loads import WeightedLoads, acceleration, three
 from blockstat.program.ties import tie_wrenches
 from blockstat.typing import Floats, Ints
 
@@ -51,7 +51,8 @@ def check_pushed(
     push : array, shape (n_blocks, 6)
         The acceleration of all that has mass, in units of gravity, as a load [N, N m].
     warnings : tuple of str
-        That permanent loads press down which have no mass, if there are any.
+        That permanent loads press down which have no mass, if there are any; and that they may where loads lift a
+        block: what presses on it besides is not known.
 
     Raises
     ------
@@ -61,15 +62,14 @@ def check_pushed(
     """
     assembly = limit.assembly
     unit = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
-    push, carried = acceleration(assembly, direction), 0.0
+    push, carried = acceleration(assembly, direction), np.zeros(assembly.n_blocks)
     for block, place, weight in mass_points(assembly, masses):
-        carried += weight
+        carried[block] += weight
         force = weight / G * np.linalg.norm(assembly.gravity) * unit
         push[block, :3] += force
         push[block, 3:] += np.cross(place - assembly.centroid[block], force)
     beside = acting_beside_weight(limit) - limit.lower * push
-    free, down = assembly.free, assembly.gravity / np.linalg.norm(assembly.gravity)
-    idle = float((beside[free, :3] @ down).sum()) - carried
+    free, acting = assembly.free, beside
     if loads is not None:
         beside = beside - checked_loads(assembly, loads)
     weights = assembly.mass * np.linalg.norm(assembly.gravity)
@@ -90,11 +90,43 @@ def check_pushed(
             f"the limit is not that of an acceleration along {[*map(float, direction)]} of all that has mass: "
             f'another load acts on "{name}" ({told})'
         )
-    if idle <= BALANCE * float(weights[free].sum()):
-        return push, ()
-    return push, (
-        f"permanent loads of {idle:.6g} N press down and have no mass, so alpha0 is too high; what of them is weight "
-        f"must be accelerated, too: as blocks, or in Python as masses of the check and in the load of the limit",
+    if isinstance(loads, WeightedLoads) and loads.weight < 1:
+        acting = acting - loads.more_weight(assembly)
+    return push, _idle(assembly, acting, carried, close)
+
+
+def _idle(assembly: Assembly, acting: Floats, carried: Floats, close: float) -> tuple[str, ...]:
+    """What to say of permanent loads that press down without a mass.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    acting
+        The permanent loads, shape (n_blocks, 6) [N, N m].
+    carried
+        The weights that have a mass besides the blocks' own, shape (n_blocks,) [N].
+    close
+        A force that is none [N].
+    """
+    free = assembly.free
+    down = acting[free, :3] @ assembly.gravity / np.linalg.norm(assembly.gravity)
+    weights = assembly.mass[free] * np.linalg.norm(assembly.gravity)
+    # Loads of one block are known as their sum alone, but what lifts one does not take the mass of others away.
+    pressing = down - carried[free]
+    idle = float(pressing[pressing > close].sum())
+    if idle > BALANCE * float(weights.sum()):
+        return (
+            f"permanent loads of {idle:.6g} N press down and have no mass, so alpha0 is too high; what of them is "
+            f"weight must be accelerated, too: as blocks, or in Python as masses of the check and in the load of the "
+            f"limit",
+        )
+    if (down >= -close).all():
+        return ()
+    name = assembly.names[int(free[np.argmin(down)])]
+    return (
+        f'permanent loads lift "{name}" by {-float(down.min()):.6g} N, so what presses down on it without a mass is '
+        f"not known, and would make alpha0 too high; a factor on the weight is told as weighted_permanent of the case",
     )
 
 

@@ -270,7 +270,8 @@ def joined_convex(pieces: list[Floats]) -> list[Floats]:
     while left:
         new = left.pop()
         for i, old in enumerate(found):
-            hull = shapely.union(new, old).convex_hull if shapely.dwithin(new, old, SEAM * new.length) else None
+            near = shapely.dwithin(new, old, SEAM * new.length)
+            hull = shapely.geometrycollections([new, old]).convex_hull if near else None  # a union may lose slivers
             if hull is not None and hull.area <= (1 + SEAM) * (new.area + old.area):
                 left.append(hull)
                 del found[i]

@@ -38,6 +38,8 @@ MOVING = 0.01
 SHUT = 1e-4
 #: What sticks out of a region by less than this, relative to the smaller block of the joint, is rounding.
 ROUNDING = 1e-6
+#: A reaction smaller than this, relative to the weight, is none: what forces leave of equilibrium.
+NO_REACTION = 1e-9
 FALLS_ANYWAY = "it falls without any movement of its supports"  #: says what does not stand
 
 
@@ -83,8 +85,9 @@ class Settlement(Result):
 
     @property
     def outcome(self) -> SettlementOutcome:
-        """Whether the assembly pushes with the movement or against it."""
-        return SettlementOutcome.PUSHES if self.reaction >= 0 else SettlementOutcome.RESISTS
+        """Whether the assembly pushes with the movement or against it; one that only rides along does not resist."""
+        resists = self.reaction < -NO_REACTION * self.assembly.free_weight
+        return SettlementOutcome.RESISTS if resists else SettlementOutcome.PUSHES
 
     @property
     def joint_motion(self) -> Floats:

@@ -265,13 +265,15 @@ def places_of(
     if spread is not None:
         return even, np.ones(len(even), dtype=np.int64), np.zeros(len(even), dtype=bool)
     ends = np.unique(np.concatenate([road.start, road.end]))
-    met = np.unique((ends[:, None] + train[:, 0]).round(12))
+    met = np.unique(ends[:, None] + train[:, 0])
     met = np.append(met[(met > road.room) & (met < last - road.room)], [0.0, last][: 2 if len(met) else 0])
     met = np.unique(met)
+    met = met[np.diff(met, prepend=-np.inf) > road.room]
+    there = np.searchsorted(met, even - road.room) < np.searchsorted(met, even + road.room, side="right")
     if not joints:
-        met = even[np.searchsorted(met, even - road.room) < np.searchsorted(met, even + road.room, side="right")]
+        met = even[there]
     after, before = met[met < last], met[met > 0.0]  # beyond both there is no train
-    place = np.concatenate([np.setdiff1d(even, met), after, before])
+    place = np.concatenate([even[~there], after, before])
     side = np.concatenate([np.ones(len(place) - len(before)), -np.ones(len(before))]).astype(np.int64)
     order = np.lexsort((side, place))
     return place[order], side[order], np.isin(place[order], met)

@@ -155,8 +155,9 @@ def assess_fully(
         As in `blockstat.assess`.
     """
     check_choice("units", units, UNITS)
-    loaded = loads is not None
+    loaded, permanent = loads is not None, loads
     if case is not None:
+        permanent = case.weighted_loads if loads is None else loads + case.loads
         loads = case.loads if loads is None else loads + case.loads
     coulomb = assess(assembly, gap=gap, loads=loads, flow="coulomb")
     associated = coulomb
@@ -166,7 +167,7 @@ def assess_fully(
     dynamic = None
     if verify is not None:
         dynamic = verify(assembly) if loads is None else verify(assembly, loads=loads)
-    code = None if code is None else {"loads": loads, **code}
+    code = None if code is None else {"loads": permanent, **code}
     checks = () if code is None else tuple(_check(limits, k, code) for k in _shown(limits))
     source = source or assembly.name
     return Assessment(associated, coulomb, limits, dynamic, source, units, gap, tuple(cases), case, checks, loaded)
