@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -126,12 +127,40 @@ def test_blocks_that_no_stage_puts_in_are_named(gate):
         stages_of(build(load_scene(gate)))
 
 
+def stages_with(blocks, centring):
+    """The blocks in two stages: the base, and all others with some on a centring."""
+    blocks = [replace(box(*span), name=name, group=name) for name, span in blocks.items()]
+    others = [block.name for block in blocks[2:]]
+    stages = [{"name": "base", "place": ["base"]}, {"name": "rest", "place": others, "centring": [centring]}]
+    return Assembly.from_blocks(blocks, supports=["ground"]).with_(metadata={"stages": stages})
+
+
+def test_a_prop_stands_in_the_middle_of_what_no_joint_covers():
+    """The arm's weight is .1 m beyond its base, and what juts out has its middle .3 m beyond it."""
+    assembly = stages_with(ARMS, "arm")
+    (prop,) = centring(assembly, ["arm"])
+    np.testing.assert_allclose(prop.point, (1.3, 0.5, 0.25), atol=1e-12)
+    stage = assess_stages(assembly).stages[1]
+    assert (stage.outcome.word, stage.unpropped) == ("stable", ())
+    assert stage.falsework.total == pytest.approx(assembly.free_weight / 2 / 3, rel=1e-6)
+
+
+def test_a_prop_stands_beside_a_joint_in_the_middle_of_a_face():
+    """A lintel of 3 m on a pillar that is off its middle: the larger part that is free is 1.5 m long."""
+    pillar, lintel = box((1, 0, 0), (1.5, 1, 2), name="pillar"), box((0, 0, 2), (3, 1, 2.5), name="lintel")
+    assembly = Assembly.from_blocks([box((-1, -1, -1), (4, 2, 0), name="ground"), pillar, lintel], supports=["ground"])
+    (prop,) = centring(assembly, ["lintel"])
+    np.testing.assert_allclose(prop.point, (2.25, 0.5, 2.0), atol=1e-12)
+
+
 def test_a_centring_that_is_not_held_falls_only_where_a_mechanism_proves_it(monkeypatch):
-    """An arm juts out over its base; its centring has no face to stand under but that of the joint."""
-    arms = [replace(box(*span), name=name, group=name) for name, span in ARMS.items()]
-    stages = [{"name": "base", "place": ["base"]}, {"name": "arm", "place": ["arm"], "centring": ["arm"]}]
-    assembly = Assembly.from_blocks(arms, supports=["ground"]).with_(metadata={"stages": stages})
-    assert [stage.outcome.word for stage in assess_stages(assembly).stages] == ["stable", "unstable"]
+    """A bed covers its base; the arm on it falls, and a centring under the bed has no face to stand under."""
+    spans = {name: ARMS[name] for name in ("ground", "base")}
+    spans |= {"bed": ((0, 0, 0.25), (1, 1, 0.5)), "arm": ((0.6, 0, 0.5), (1.6, 1, 0.75))}
+    assembly = stages_with(spans, "bed")
+    found = assess_stages(assembly)
+    assert [stage.outcome.word for stage in found.stages] == ["stable", "unstable"]
+    assert found.explain().endswith("rest: 3 blocks, unstable; no prop of the centring has room under bed")
     monkeypatch.setattr(props, "falls_on_props", lambda *what: False)
     found = assess_stages(assembly)
     assert [stage.outcome.word for stage in found.stages] == ["stable", "undecided"]

@@ -23,6 +23,7 @@ from blockstat.analysis.problem import Problem
 from blockstat.analysis.rims import overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import FORCE_LIMIT, force_errors, power
+from blockstat.contact.faces import frames
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, check_choice, check_vector, known_options
 from blockstat.loads import ON_BLOCK
@@ -37,7 +38,8 @@ if TYPE_CHECKING:
 
 #: Faces whose normal points down by less than this are upright: no prop stands under them.
 UPRIGHT = 1e-9
-#: Faces within this fraction of a block's size of the plane of a joint are in it.
+#: Faces within this fraction of a block's size of the plane of a joint are in it, and what joints leave free of a face
+#: is nothing below this fraction of it.
 IN_PLANE = 1e-3
 #: What a solution may leave unbalanced, of a block's load, to count as one.
 BALANCED = 1e-6
@@ -167,7 +169,7 @@ def hoists(assembly: Assembly, blocks: Iterable[str]) -> list[Prop]:
 
 
 def centring(assembly: Assembly, blocks: Iterable[str], *, interfaces: Interfaces | None = None) -> list[Prop]:
-    """Return props under blocks, each normal to the face that looks down most, at its centre.
+    """Return props under blocks, each normal to the face that looks down most, in the middle of what is free of it.
 
     Parameters
     ----------
@@ -184,22 +186,43 @@ def centring(assembly: Assembly, blocks: Iterable[str], *, interfaces: Interface
         One for each block that has such a face; it pushes without friction.
     """
     up = -assembly.gravity / np.linalg.norm(assembly.gravity)
-    faces = find_interfaces(assembly) if interfaces is None else interfaces
-    planes, found = assembly.planes, []
+    joints = find_interfaces(assembly) if interfaces is None else interfaces
+    found = []
     for block in assembly.blocks_named(blocks, "centring"):
-        joints = np.flatnonzero((faces.pair == block).any(axis=1))
-        best, steepest = -1, UPRIGHT
-        for face in np.flatnonzero(assembly.face_block == block):
-            normal, centre = planes.normal[face], planes.centre[face]
-            offset = np.abs((faces.point[faces.start[joints]] - centre) @ normal)
-            along = np.abs(faces.frame[joints, 0] @ normal)
-            in_joint = (offset < IN_PLANE * assembly.size[block]) & (along > 1 - IN_PLANE)
-            if not in_joint.any() and -normal @ up > steepest:
-                best, steepest = int(face), float(-normal @ up)
-        if best >= 0:
-            point, push = planes.centre[best], -planes.normal[best]
-            found.append(Prop(assembly.names[block], tuple(point.tolist()), tuple(push.tolist())))
+        slope = -assembly.planes.normal @ up
+        faces = np.flatnonzero((assembly.face_block == block) & (slope > UPRIGHT))
+        for face in faces[np.argsort(-slope[faces], kind="stable")]:
+            place = _middle_of_free(assembly, joints, face)
+            if place is not None:
+                push = -assembly.planes.normal[face]
+                found.append(Prop(assembly.names[block], tuple(place.tolist()), tuple(push.tolist())))
+                break
     return found
+
+
+def _middle_of_free(assembly: Assembly, joints: Interfaces, face: int) -> Floats | None:
+    """The middle of the largest part of a face that is in no joint; None where all of it is."""
+    import shapely
+
+    block, normal, centre = assembly.face_block[face], assembly.planes.normal[face], assembly.planes.centre[face]
+    mine = np.flatnonzero((joints.pair == block).any(axis=1))
+    offset = np.abs((joints.point[joints.start[mine]] - centre) @ normal)
+    along = np.abs(joints.frame[mine, 0] @ normal)
+    covering = mine[(offset < IN_PLANE * assembly.size[block]) & (along > 1 - IN_PLANE)]
+    if not len(covering):
+        return centre
+    axes = frames(normal[None])[0, 1:]
+    corners = assembly.vertices[assembly.face_vertices[assembly.face_start[face] : assembly.face_start[face + 1]]]
+    free = shapely.Polygon((corners - centre) @ axes.T)
+    least = IN_PLANE * free.area
+    for joint in covering:
+        points = joints.point[joints.start[joint] : joints.start[joint + 1]]
+        free = free.difference(shapely.MultiPoint((points - centre) @ axes.T).convex_hull)
+    part = max(shapely.get_parts(free), key=shapely.area, default=shapely.Polygon())
+    if part.area <= least:
+        return None
+    middle = part.centroid if part.contains(part.centroid) else part.representative_point()
+    return centre + np.array([middle.x, middle.y]) @ axes
 
 
 @known_options

@@ -56,6 +56,7 @@ class StageVerdict:
     score: float
     moving: tuple[str, ...]  #: blocks that move where it falls
     falsework: Falsework | None = None  #: with a centring
+    unpropped: tuple[str, ...] = ()  #: blocks on the centring all of whose faces that look down are in joints
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,11 +109,17 @@ class StagesVerdict(Result):
             if stage.falsework is not None and stage.outcome is Outcome.STABLE:
                 total, peak = 1e-3 * stage.falsework.total, 1e-3 * stage.falsework.peak
                 words += f" on a centring that carries at least {total:.2f} kN, {peak:.2f} kN at one block"
+            elif stage.unpropped:
+                words += f"; no prop of the centring has room under {_first(stage.unpropped, limit)}"
             if stage.moving:
-                more = " ..." if len(stage.moving) > limit else ""
-                words += f"; first to move: {', '.join(stage.moving[:limit])}{more}"
+                words += f"; first to move: {_first(stage.moving, limit)}"
             lines.append(words)
         return "\n".join(lines)
+
+
+def _first(names: tuple[str, ...], limit: int) -> str:
+    """Some names, so many at most."""
+    return ", ".join(names[:limit]) + (" ..." if len(names) > limit else "")
 
 
 def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
@@ -249,4 +256,6 @@ def _verdict(whole: Whole, flow: str, name: str, present: np.ndarray, on: Ints) 
     there = [name for name, is_there in zip(assembly.names, present, strict=True) if is_there]
     options: dict[str, Any] = {"least": "total", "interfaces": whole.interfaces, "gap": whole.gap}
     problem, found, twist = held_by_props(assembly, (there, []), props, **options)
-    return StageVerdict(name, free, outcome_with_props(problem, props, found, twist), np.nan, (), found)
+    held = {prop.block for prop in props}
+    unpropped = tuple(assembly.names[k] for k in on if assembly.names[k] not in held)
+    return StageVerdict(name, free, outcome_with_props(problem, props, found, twist), np.nan, (), found, unpropped)
