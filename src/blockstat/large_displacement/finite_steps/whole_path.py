@@ -151,4 +151,4 @@ def warnings_on_steps(states: Sequence[PathState], assembly: Assembly) -> list[s
     text = f"the mechanism is no linkage from {start:.4g} m on and is followed by finite steps"
     if largest > CORNER_TOLERANCE * float(assembly.size.max()):
         text += f". Contacts that are open by up to {1e3 * largest:.2g} mm count as closed"
-    return [f"{text}. A run with more steps shows the error"]
+    return [f"{text}. A run with so many steps that its path has more points shows the error"]
