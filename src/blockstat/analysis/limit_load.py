@@ -454,7 +454,7 @@ def bracket(
     sharp = min(SHARP if len(program.load) <= CHEAP else LOOSE, tolerance)
     if solver == "auto" and not (low and high and high.value - low.value <= sharp * abs(high.value)):
         other = "interior-point" if answer.solver == "clarabel" else "clarabel"
-        again = solve(conic, solver=other)
+        again = solve(conic, solver=other, early=EarlyEnd(sharp=True))
         iterations += again.iterations
         if not again.status.is_infeasible:
             second = proven_bounds(program, load, again, dead, solver=solver, motions=problem.motions)
@@ -493,5 +493,5 @@ def _solved(conic: ConicProgram, on_the_way: Bracket | None, dead: Floats, solve
         if on_the_way.closed or answer.status.is_infeasible:
             return answer, False
         spent = answer.iterations
-    answer = solve(conic, solver=solver)
+    answer = solve(conic, solver=solver, early=EarlyEnd(sharp=True))
     return replace(answer, iterations=spent + answer.iterations), False

@@ -70,11 +70,14 @@ def chosen_case(
     Warns
     -----
     InputWarning
-        With a tilt, that the loads do not tilt.
+        With a tilt, that the loads do not tilt; without a case, that the loads of the scene do not act.
     """
     if case is None:
         if loads is not None:
             raise InputError("--loads gives load cases; choose one by --case NAME")
+        if cases := assembly.metadata.get("cases"):
+            text = f"no load of the scene acts without --case NAME, one of {', '.join(cases)}"
+            warnings.warn(text, InputWarning, stacklevel=2)
         return None
     from blockstat.loading.cases import load_case
     from blockstat.spec.files import load_file, located

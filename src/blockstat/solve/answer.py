@@ -72,6 +72,7 @@ class EarlyEnd:
     #: Relative error of the balance, the motion and the gap between both at which the iteration ends with
     #: `ALMOST_SOLVED`. The least that the method reaches unless asked for.
     accuracy: float = 0.0
+    sharp: bool = False  #: whether the iteration goes on from a good answer as long as it gains digits
 
 
 #: Go on to the optimum.

@@ -19,13 +19,14 @@ from blockstat.solve.phase_one import NOTHING, find_forces, find_motion
 from blockstat.typing import Floats
 
 MOST_ITERATIONS = 100
-#: An answer this good is solved. Linear programs are asked for as many digits as there are, for the sake of the bounds
-#: that rest on them, until nothing is gained or all but rounding; the penalty program gives a score, and its verdict
-#: rests on a certificate of its own.
-TOLERANCE, QUADRATIC_TOLERANCE, SHARPEST = 1e-11, 1e-10, 1e-14
-#: Where the iteration stalls, an answer this good is still handed on; the certificate check decides. From there on an
-#: error that has grown by the factor LOST again does not come back.
-ALMOST, LOST = 1e-6, 1e2
+#: An answer this good is solved: linear programs are asked for as many digits as there are, for the sake of the bounds
+#: that rest on them; the penalty program gives a score, and its verdict rests on a certificate of its own.
+TOLERANCE, QUADRATIC_TOLERANCE = 1e-11, 1e-10
+#: Where the iteration stalls, an answer this good is still handed on; the certificate check decides.
+ALMOST = 1e-6
+#: Where an answer is to be sharp, the iteration goes on to this, or until nothing is gained, or until an error below
+#: ALMOST has grown again by the factor LOST: it does not come back.
+SHARPEST, LOST = 1e-14, 1e2
 RAY = 1e-8  #: violation of a ray that proves a program infeasible or unbounded
 ASK = 1.0  #: error of M'z + q = 0, in units of the mean weight, from which an answer may be accepted
 PATIENCE = 8  #: iterations without progress
@@ -39,8 +40,8 @@ LARGE = 1e3  #: multipliers beyond this change the proximal term of their own no
 #: FEW of the cones may hinder the predictor without a say in the target. A corrector costs about a tenth of an
 #: iteration (COST), so the next is made where the last has made the step longer by more than that.
 #: Where the first mechanism is all that is asked, BRIEF of them keep the twists inside the cones, so that the first
-#: that gains work is one. Where the last digits are asked for, FINAL of them keep the iterates so central that most
-#: programs lose none to the normal equations.
+#: that gains work is one. Where an answer is to be sharp, FINAL of them keep the iterates so central that most
+#: programs lose few digits to the normal equations.
 CORRECTORS, BRIEF, FINAL, FURTHER, NEAR, FEW, COST = 8, 2, 1, 0.3, 0.3, 3e-3, 0.1
 #: A start inside: the gap between the bounds, in weights that move as fast as the load, and the first multiplier.
 FIRST_GAP, FIRST_MULTIPLIER, DEEP = 1.0, 0.1, 1e-3
@@ -91,15 +92,8 @@ def solve(program: ConicProgram, early: EarlyEnd = AT_THE_OPTIMUM) -> Answer:
         state = _start(program, kkt) if first.least is None else _start_at(program, kkt, first.least)
     except ArithmeticError:
         return _read(program, 0 * program.cost, 0 * program.bound, Status.STALLED, first.factorisations)
-    answer = _iterate(program, kkt, early, state, correctors=_correctors(program, early))
+    answer = _iterate(program, kkt, early, state, correctors=BRIEF if early.brief else FINAL if early.sharp else 0)
     return replace(answer, iterations=first.factorisations + answer.iterations)
-
-
-def _correctors(program: ConicProgram, early: EarlyEnd) -> int:
-    """How many of them a step from the usual start makes at most."""
-    if early.brief:
-        return BRIEF
-    return FINAL if not (program.is_quadratic or early.accuracy) else 0
 
 
 def _solve_inside(program: ConicProgram, early: EarlyEnd) -> Answer:
@@ -131,10 +125,12 @@ def _iterate(
     rough : what a solve leaves of equilibrium is balanced by who is told the iterates.
     """
     best, best_error, least, waited, asked = state, np.inf, np.inf, 0, ASK
+    usual = QUADRATIC_TOLERANCE if program.is_quadratic else TOLERANCE
+    tolerance, close = (SHARPEST, usual) if early.sharp else (usual, ALMOST)
     iteration = 0
     for iteration in range(MOST_ITERATIONS):
         rest = _residuals(program, kkt, state)
-        status, error = _convergence(program, state, rest)
+        status, error = _convergence(program, state, rest, tolerance)
         if status is not None:
             return _answer(program, state, status, iteration)
         if state.tau <= ROUNDING * max(state.kappa, ROUNDING):
@@ -158,7 +154,8 @@ def _iterate(
         least = min(least, mu)
         if error < best_error:
             best, best_error = state, error
-        if waited > (PATIENCE if best_error > TOLERANCE else 2) or (best_error < ALMOST and error > LOST * best_error):
+        lost = early.sharp and best_error < ALMOST and error > LOST * best_error
+        if lost or waited > (PATIENCE if best_error > close else 2):
             break
         try:
             with np.errstate(over="raise", invalid="raise", divide="raise"):
@@ -166,7 +163,7 @@ def _iterate(
                 state = _step(program, kkt, state, rest, refined, correctors)
         except (ArithmeticError, np.linalg.LinAlgError):
             break
-    near = Status.SOLVED if best_error < TOLERANCE else Status.ALMOST_SOLVED
+    near = Status.SOLVED if best_error < usual else Status.ALMOST_SOLVED
     return _answer(program, best, near if best_error < ALMOST else Status.STALLED, iteration)
 
 
@@ -257,7 +254,7 @@ def _complementarity(kkt: KktSolver, v: _State) -> float:
     return (_dot(v.s, v.z) + v.tau * v.kappa) / (kkt.cones.degree + 1)
 
 
-def _convergence(program: ConicProgram, v: _State, rest: _Residuals) -> tuple[Status | None, float]:
+def _convergence(program: ConicProgram, v: _State, rest: _Residuals, tolerance: float) -> tuple[Status | None, float]:
     """The status if it is time to stop, and the largest relative error of the candidate answer."""
     linear, bound = _dot(program.cost, v.x), _dot(program.bound, v.z)
     quadratic = (_dot(v.x, rest.curved) + program.compliance * _dot(v.z, v.z)) / v.tau**2
@@ -268,7 +265,7 @@ def _convergence(program: ConicProgram, v: _State, rest: _Residuals) -> tuple[St
         largest(rest.dual) / v.tau / max(1.0, largest(program.cost) + (length + largest(v.z)) / v.tau),
         abs(value - other) / max(1.0, min(abs(value), abs(other))),
     )
-    if max(errors) < (QUADRATIC_TOLERANCE if program.is_quadratic else SHARPEST):
+    if max(errors) < tolerance:
         return Status.SOLVED, max(errors)
     # A ray is one when what it violates is nothing against what it gains, per unit of all that is given.
     if bound < 0 and not program.compliance:
