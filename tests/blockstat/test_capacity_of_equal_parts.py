@@ -4,6 +4,10 @@ import numpy as np
 import pytest
 
 from blockstat import Assembly, Tie, box, capacity, nonlinear_check
+from blockstat.large_displacement.finite_steps import step
+from blockstat.large_displacement.linkage.follower import LinkageFollower
+from blockstat.large_displacement.linkage.path import PathEnd
+from evidence.scenes.small import hexahedron
 
 #: A wall of 0.5 m by 3 m, pushed at its centroid, turns about its toe at 0.25 / 1.5.
 ALONE = 1 / 6
@@ -109,3 +113,47 @@ def test_the_verification_is_that_of_one_wall():
     assert both.bodies == one.bodies
     assert both.mass == pytest.approx(one.mass)
     assert both.state("SLV").ag == pytest.approx(one.state("SLV").ag, rel=1e-4)
+
+
+def voussoirs(centre, tag, n=9, inner=0.85, outer=1.15):
+    """A semicircular arch that springs at a height of 0.5 m."""
+
+    def joint(angle, y):
+        c, s = np.cos(angle), np.sin(angle)
+        return [(centre + r * c, y, 0.5 + r * s) for r in (outer, inner)]
+
+    angles = np.linspace(np.pi, 0, n + 1)
+    for k, (a, b) in enumerate(zip(angles[:-1], angles[1:], strict=True)):
+        front, back = ([*joint(a, y), *joint(b, y)[::-1]] for y in (0, 0.5))
+        yield hexahedron(back, front, name=f"{tag}{k}")
+
+
+def test_each_of_two_equal_arches_on_a_stout_pier_moves_as_between_rigid_supports():
+    left, pier, right = (
+        box((x0, 0, 0), (x1, 0.5, 0.5), name=name)
+        for x0, x1, name in ((-0.6, 0.3, "left"), (2.0, 2.9, "pier"), (4.6, 5.5, "right"))
+    )
+    ends = {"supports": ["ground", "left", "right"]}
+    one = on_ground(left, pier, *voussoirs(1.15, "p"), supports=["ground", "left", "pier"])
+    two = on_ground(left, pier, right, *voussoirs(1.15, "p"), *voussoirs(3.75, "q"), **ends)
+    alone, beside = (capacity(arches, (1, 0, 0), control="p4") for arches in (one, two))
+    assert alone.outcome.word == beside.outcome.word == "zero"
+    assert beside.displacement[-1] == pytest.approx(alone.displacement[-1], rel=1e-5)
+    there = np.linspace(0, 0.9 * alone.displacement[-1], 5)
+    np.testing.assert_allclose([beside.at(x)[0] for x in there], [alone.at(x)[0] for x in there], rtol=1e-3)
+
+
+def test_finite_steps_leave_the_others_at_rest_or_say_that_they_move(monkeypatch):
+    monkeypatch.setattr(LinkageFollower, "follow", lambda *_: iter([PathEnd.LOST]))
+    walls = on_ground(wall(0, "a"), wall(5, "b"))
+    curve = capacity(walls, (1, 0, 0), control="b")
+    assert curve.outcome.word == "zero"
+    assert curve.displacement[-1] == pytest.approx(0.25, abs=1e-3)
+    assert any('are left at rest: "a"' in text for text in curve.warnings)
+    assert np.abs(curve.points[-1].pose.displacement[1]).max() < 1e-9
+    assert not curve.limit.mechanism[1].any()
+    monkeypatch.setattr(step, "without_left_at_rest", lambda linkage, pose, motion: motion)
+    sliding = walls.with_(friction=0.1)
+    both = capacity(sliding, (1, 0, 0), control="b", displacement=0.05, steps=5)
+    assert any('at the same multiplier and move too: "a"' in text for text in both.warnings)
+    assert both.limit.mechanism[1].any()
