@@ -11,24 +11,27 @@ import numpy as np
 
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
+from blockstat.analysis.verdict import unit_motion
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome, CapacityPoint
+from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
 from blockstat.large_displacement.displaced.contact_status import contact_status, tie_status
-from blockstat.large_displacement.displaced.control import read_control
+from blockstat.large_displacement.displaced.control import Control, read_control
 from blockstat.large_displacement.displaced.loads import moved_with_centroids, read_loads
 from blockstat.large_displacement.displaced.local_origin import control_about, structure_about_middle
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
-from blockstat.large_displacement.displaced.structure import why_not_followed
+from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.finite_steps.whole_path import follow_path, path_options, warnings_on_steps
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
+from blockstat.large_displacement.linkage.parts import part_that_moves_control
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.statics.limit_state import associated_multiplier, limit_state
 from blockstat.solve.dispatch import CHOICES
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -36,6 +39,8 @@ if TYPE_CHECKING:
 #: Step with which the slope of the curve at rest is measured. Relative to the largest step. Chosen: large enough for
 #: the change of the multiplier to be above rounding.
 SLOPE_STEP = 1e-4
+#: Blocks that a warning names at most. Chosen.
+MOST_NAMES = 5
 #: What is told of a curve while it is followed.
 Item = CapacityPoint | PathEvent | FallenBlocks
 
@@ -113,7 +118,8 @@ def capacity(
     -----
     At each point forces at the displaced geometry prove the lower bound, and the mechanism there proves the upper one.
     Several admissible states may exist at one displacement. The one that is followed leaves rest continuously. At a
-    jump it falls along the joint that newly opens, at constant displacement, until a joint closes. Where the mechanism
+    jump it falls along the joint that newly opens, at constant displacement, until a joint closes. Of equal mechanisms
+    that do not touch, the one that moves the control is followed, and a warning names the others. Where the mechanism
     is no linkage, it is followed by finite steps (`large_displacement.finite_steps`): the pose then depends on their
     length, and a curve with more `steps` shows by how much.
 
@@ -139,21 +145,22 @@ def capacity(
     moved = read_control(limit, live, control)
     structure, origin = structure_about_middle(limit.assembly, limit.interfaces, dead, live, solver)
     near = control_about(moved, origin)
-    linkage = linkage_at_rest(structure, limit.mechanism, near, associated=flow == "associated")
+    linkage, begun = _linkage_that_begins(structure, limit, near, associated=flow == "associated")
     states = StateSolver(structure, structure.multiplier)
-    step = _first_step(states, linkage, start, limit, displacement or np.inf, steps)
+    step = _first_step(states, linkage, start, begun, displacement or np.inf, steps)
     follower = LinkageFollower(states, _mechanism_of_limit_load, displacement or np.inf, step, tolerance)
-    record = _followed(follower, linkage, start, limit, steps, progress, each)
+    record = _followed(follower, linkage, start, begun, steps, progress, each)
     if not record.points:
         raise InputError(f'"{assembly.name}": the mechanism of the limit load cannot be followed from rest')
+    all_move, equal = _equal_parts(record, limit, linkage.left_at_rest)
     seconds = {"limit": limit.timings["total"], "total": process_time() - began}
     return CapacityCurve(
         outcome=record.outcome,
         points=tuple(record.points),
         events=tuple(record.events),
         control=moved.name,
-        limit=limit,
-        warnings=_warnings(record, limit, moved_with_centroids(assembly, {"load": load, "loads": loads})),
+        limit=limit if all_move else begun,
+        warnings=_warnings(record, limit, [*moved_with_centroids(assembly, {"load": load, "loads": loads}), *equal]),
         timings=seconds,
     )
 
@@ -170,6 +177,36 @@ def _checked_limit_load(
     if reason := why_not_followed(limit.assembly, limit.interfaces):
         raise InputError(reason)
     return limit
+
+
+def _linkage_that_begins(
+    structure: Structure, limit: LimitLoad, control: Control, *, associated: bool
+) -> tuple[Linkage, LimitLoad]:
+    """The linkage at rest, and the limit load with its mechanism: that of the control alone where others are equal."""
+    linkage = linkage_at_rest(structure, limit.mechanism, control, associated=associated)
+    part = part_that_moves_control(linkage, limit.mechanism)
+    if part is None:
+        return linkage, limit
+    motion, left = part
+    own = structure.multiplier(rest_pose(structure.assembly), 0.0, motion)
+    alone = replace(limit, mechanism=unit_motion(limit.assembly, motion), upper=max(limit.upper, own))
+    linkage = linkage_at_rest(structure, alone.mechanism, control, associated=associated)
+    return replace(linkage, left_at_rest=left), alone
+
+
+def _equal_parts(record: _Record, limit: LimitLoad, left: Ints) -> tuple[bool, list[str]]:
+    """Whether blocks that were to be left at rest have moved after all, and what is told of them."""
+    fast = limit.moving[np.isin(limit.moving, left)]
+    moved = record.points[-1].pose.displacement - record.points[0].pose.displacement
+    size = float(limit.assembly.size.max())
+    moves = bool((np.abs(moved[left]) > CORNER_TOLERANCE * size).any())
+    if not len(fast):
+        return moves, []
+    fast = np.sort(fast)
+    names = ", ".join(f'"{limit.assembly.names[block]}"' for block in fast[:MOST_NAMES])
+    more = f" and {len(fast) - MOST_NAMES} more" if len(fast) > MOST_NAMES else ""
+    fate = "move too" if moves else "are left at rest"
+    return moves, [f"other parts begin to move at the same multiplier and {fate}: {names}{more}"]
 
 
 def _mechanism_of_limit_load(

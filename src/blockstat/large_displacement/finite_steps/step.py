@@ -17,6 +17,7 @@ from blockstat.large_displacement.finite_steps.trial_state import (
     TrialState,
 )
 from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.linkage.parts import without_left_at_rest
 from blockstat.large_displacement.statics.limit_state import limit_state
 from blockstat.large_displacement.statics.settling_state import settling_state
 from blockstat.typing import Floats
@@ -90,7 +91,11 @@ def trial_state_at(
     gap = gaps(linkage.assembly, linkage.contacts, pose, parameter)[linkage.sticking]
     trial = TrialState(linkage, pose, parameter, NOT_SOLVED, float(gap.max(initial=0.0)))
     if structure.live is not None:
-        return replace(trial, limit=limit_state(trial.configuration, associated=linkage.associated, guess=guess))
+        limit = limit_state(trial.configuration, associated=linkage.associated, guess=guess)
+        if limit.multiplier is None:
+            return replace(trial, limit=limit)
+        mechanism = without_left_at_rest(linkage, pose, limit.mechanism)
+        return replace(trial, limit=replace(limit, mechanism=mechanism))
     return replace(trial, limit=settling_state(trial.configuration, guess=guess, rough=True))
 
 

@@ -6,7 +6,7 @@ not move are at rest.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -40,6 +40,8 @@ class Linkage:
     slack: Ints  #: numbers of the ties that are slack or shorten, until they are as long as at rest again, shape (k,)
     control: Control | None  #: the displacement that is the parameter; None where the parameter moves supports
     associated: bool = False  #: whether flow is associated: joints open by friction times slip as they slide
+    #: blocks of other mechanisms that begin at the same multiplier and are left at rest, shape (k,)
+    left_at_rest: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     @property
     def assembly(self) -> Assembly:
