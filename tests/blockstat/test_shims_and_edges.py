@@ -129,9 +129,10 @@ def turned(request):
     c, s = np.cos(turn), np.sin(turn)
     across = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
 
-    def build(blocks, direction):
+    def build(blocks, direction, **options):
         moved = [Block(np.asarray(b.vertices, float) @ across + offset, b.faces) for b in blocks]
-        return Assembly.from_blocks(moved, supports=[0], friction=0.5), np.asarray(direction, float) @ across
+        direction = np.asarray(direction, float) @ across
+        return Assembly.from_blocks(moved, **{"supports": [0], "friction": 0.5} | options), direction
 
     return build
 
@@ -198,3 +199,51 @@ def test_a_block_under_a_thin_ledge_does_not_touch_the_wall_above_it(turned, bel
     block = prism([(0, -below), (0.1, -0.25), (0.6, -0.25), (0.6, -below)], 0.6)
     asm, push = turned([prism([*wall, (-0.5, 1)], 0.6), block], (-1, 0, 0))
     assert np.abs(find_interfaces(asm).frame[:, 0] @ push).max() < 0.1
+
+
+#: Tangent of a slope of 35 degrees; the coefficient of friction is .5.
+STEEP = np.array([np.sin(np.deg2rad(35)), 0, -np.cos(np.deg2rad(35))])
+
+
+def on_a_slope(turned, blocks, supports):
+    _, down = turned(blocks, 9.81 * STEEP)
+    return assess(turned(blocks, down, supports=supports, gravity=down)[0])
+
+
+@pytest.mark.parametrize("sunk", [0.0, 1e-5, 1e-4, 1e-3, 4e-3])
+@pytest.mark.parametrize("higher", [0.0, -1e-3, 0.01, 0.5])
+@pytest.mark.parametrize("divided", [False, True])
+def test_a_floor_of_two_blocks_holds_no_more_than_one_however_a_block_sinks_into_it(turned, divided, higher, sunk):
+    # The front of the block is at the joint of the floors. It slides, unless the second floor is higher.
+    if divided:
+        floor = [box((0, 0, -0.5), (1, 1, 0)), box((1, 0, -0.5), (2, 1, higher))]
+    else:
+        floor = [prism([(0, -0.5), (2, -0.5), (2, higher), (1, higher), (1, 0), (0, 0)], 1.0)]
+    block = box((0.4, 0.2, -sunk), (1, 0.8, 0.25))
+    found = on_a_slope(turned, [*floor, block], list(range(len(floor))))
+    assert found.outcome is (Outcome.STABLE if higher > 0 else Outcome.UNSTABLE)
+    reasons = {dropped.reason for dropped in found.interfaces.dropped}
+    assert ("overlap" in reasons) is (divided and sunk > max(-higher, 0) and higher <= 0)
+
+
+@pytest.mark.parametrize("sunk", [1e-5, 1e-4, 1e-3])
+def test_bricks_in_stack_bond_with_beds_that_overlap_have_no_keys(turned, sunk):
+    # Two piles side by side on one support: on the slope both upper bricks slide down, and nothing stands before them.
+    ground = box((0, 0, -0.5), (3, 1, 0))
+    lower = [box((1, 0, 0), (1.4, 0.4, 0.2)), box((1.4, 0, 0), (1.8, 0.4, 0.2))]
+    upper = [box((x, 0.05, 0.2 - sunk), (x + 0.4, 0.35, 0.4)) for x in (1, 1.4)]
+    found = on_a_slope(turned, [ground, *lower, upper[0]], [0, 1, 2])
+    assert found.outcome is Outcome.UNSTABLE
+    found = on_a_slope(turned, [ground, *lower, *upper], [0, 1, 2])
+    assert found.outcome is Outcome.UNSTABLE
+    pairs = {tuple(pair) for pair in found.interfaces.pair.tolist()}
+    assert pairs == {(1, 3), (2, 4), (3, 4)}
+
+
+@pytest.mark.parametrize("thin", [5e-4, 2e-3])
+def test_a_thin_plate_before_a_block_holds_it_where_it_sinks_elsewhere(turned, thin):
+    # A block with a foot sinks by 1 mm into the floor; the plate stands higher up, between the block and a wall.
+    floor = prism([(0, -0.5), (2, -0.5), (2, 1), (1.2, 1), (1.2, 0), (0, 0)], 1.0)
+    plate = box((1, 0.2, 0.1), (1.2, 0.8, 0.1 + thin))
+    found = on_a_slope(turned, [floor, plate, box((0.4, 0.2, -1e-3), (1, 0.8, 0.25))], [0, 1])
+    assert found.outcome is Outcome.STABLE
