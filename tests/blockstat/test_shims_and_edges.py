@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, Outcome, assess, box, find_interfaces
+from blockstat import Assembly, Block, Outcome, assess, box, find_interfaces, limit_load
 from evidence.scenes.small import prism
 
 #: Turns about the vertical, places as in a national grid, and orders of the blocks do not change an answer.
@@ -120,3 +120,130 @@ def test_an_edge_in_the_plane_of_the_shim_carries_where_it_is_drawn_to_meet(plac
     found, pairs, _ = placed([base, beam, box((0.1, 0.1, 0), (0.2, 0.9, 0.002))])
     assert found is outcome
     assert (frozenset((0, 1)) in pairs) is (outcome is Outcome.STABLE)
+
+
+@pytest.fixture(params=list(PLACES))
+def turned(request):
+    """Turn blocks and a direction about the vertical, and move the blocks."""
+    turn, offset = PLACES[request.param]
+    c, s = np.cos(turn), np.sin(turn)
+    across = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+
+    def build(blocks, direction, **options):
+        moved = [Block(np.asarray(b.vertices, float) @ across + offset, b.faces) for b in blocks]
+        direction = np.asarray(direction, float) @ across
+        return Assembly.from_blocks(moved, **{"supports": [0], "friction": 0.5} | options), direction
+
+    return build
+
+
+#: A floor from x = 0 on, and the ground behind a wall that stands on it at x = 0.
+FOOT = [(-0.5, -1), (2, -1), (2, 0), (0, 0)]
+
+
+def pyramid(plan, sunk):
+    """Frustum of 0.2 m whose top is 0.6 of its plan about the mean corner."""
+    n, plan = len(plan), np.array(plan, float)
+    top = plan.mean(axis=0) + 0.6 * (plan - plan.mean(axis=0))
+    vertices = np.vstack([np.column_stack([plan, np.full(n, -sunk)]), np.column_stack([top, np.full(n, 0.2)])])
+    sides = [[k, (k + 1) % n, (k + 1) % n + n, k + n] for k in range(n)]
+    return Block(vertices, [[*range(n - 1, -1, -1)], [*range(n, 2 * n)], *sides])
+
+
+@pytest.mark.parametrize("sunk", [0.0, 1e-6, 1e-5, 1e-4, 1e-3])
+@pytest.mark.parametrize("wall", [-0.3, 0.0, 0.3])
+@pytest.mark.parametrize("plan", ["edge", "corner"])
+def test_a_block_at_the_foot_of_a_wall_tips_however_little_it_sinks_into_the_floor(turned, plan, wall, sunk):
+    # The wall is met with an edge or a corner at its foot. Pushed toward it, the block turns about that foot: k W at
+    # the height z of the centroid against W at its distance x. With friction alone it would slide at k = .5.
+    support = prism([*FOOT, (wall, 1.0), (-0.5, 1.0)], 2.0)
+    corners = [(0, 0.7), (0.6, 0.7), (0.6, 1.3), (0, 1.3)] if plan == "edge" else [(0, 1), (0.6, 0.7), (0.6, 1.3)]
+    asm, push = turned([support, pyramid(corners, sunk)], (-1, 0, 0))
+    x, z = Assembly.from_blocks([pyramid(corners, sunk)], supports=[]).centroid[0, [0, 2]]
+    limit = limit_load(asm, push)
+    if wall <= 0:
+        assert limit.lower == pytest.approx(x / z, rel=1e-6 + 2 * sunk / z)
+    else:  # a wall that leans over it also holds it down
+        assert limit.lower == pytest.approx(limit_load(*_on_the_floor(turned, support, corners)).lower, rel=1e-2)
+        assert limit.lower > x / z * (1 - 2 * sunk / z)
+
+
+def _on_the_floor(turned, support, corners):
+    return turned([support, pyramid(corners, 0.0)], (-1, 0, 0))
+
+
+@pytest.mark.parametrize("sunk", [-1e-3, 0.0, 1e-5, 1e-4, 1e-3])
+@pytest.mark.parametrize("half", [0.2, 0.5, 1.0])
+def test_blades_in_grooves_carry_a_table_however_little_they_sink(turned, half, sunk):
+    # A beam on two supports. Each groove holds its blade on both sides, so friction is not asked.
+    ground = [(-1.5, -1), (4.5, -1), (4.5, 0.5), (3 + half, 0.5), (3, 0), (3 - half, 0.5), (half, 0.5), (0, 0)]
+    table = [(0, -sunk), (half / 2, 0.7), (3 - half / 2, 0.7), (3, -sunk), (3 + half / 2, 0.7), (3 + half / 2, 1)]
+    table += [(-half / 2, 1), (-half / 2, 0.7)]
+    asm, push = turned([prism([*ground, (-half, 0.5), (-1.5, 0.5)], 1.0), prism(table, 1.0)], (0, 0, -1))
+    assert assess(asm).outcome is Outcome.STABLE
+    assert limit_load(asm, push).lower == np.inf
+
+
+@pytest.mark.parametrize("sunk", [0.0, 1e-5, 1e-4, 1e-3])
+def test_a_block_that_sinks_beside_a_bank_does_not_touch_it(turned, sunk):
+    # Its edge is 2 mm from the foot of a bank of 45 degrees: it slides at the coefficient of friction.
+    block = prism([(0.002, -sunk), (0.6, -sunk), (0.6, 0.25), (0.3, 0.25)], 0.6)
+    asm, push = turned([prism([*FOOT, (-1, 1.0), (-1, -1)], 0.6), block], (-1, 0, 0))
+    assert limit_load(asm, push).upper == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("below", [0.0015, 0.002, 0.003])
+def test_a_block_under_a_thin_ledge_does_not_touch_the_wall_above_it(turned, below):
+    # The ledge is 1 mm thick, and under it the wall is 20 cm behind.
+    wall = [(-0.5, -1), (2, -1), (2, -0.5), (-0.2, -0.5), (-0.2, -1e-3), (0.7, -1e-3), (0.7, 0), (0, 0), (0, 1)]
+    block = prism([(0, -below), (0.1, -0.25), (0.6, -0.25), (0.6, -below)], 0.6)
+    asm, push = turned([prism([*wall, (-0.5, 1)], 0.6), block], (-1, 0, 0))
+    assert np.abs(find_interfaces(asm).frame[:, 0] @ push).max() < 0.1
+
+
+#: Tangent of a slope of 35 degrees; the coefficient of friction is .5.
+STEEP = np.array([np.sin(np.deg2rad(35)), 0, -np.cos(np.deg2rad(35))])
+
+
+def on_a_slope(turned, blocks, supports):
+    _, down = turned(blocks, 9.81 * STEEP)
+    return assess(turned(blocks, down, supports=supports, gravity=down)[0])
+
+
+@pytest.mark.parametrize("sunk", [0.0, 1e-5, 1e-4, 1e-3, 4e-3])
+@pytest.mark.parametrize("higher", [0.0, -1e-3, 0.01, 0.5])
+@pytest.mark.parametrize("divided", [False, True])
+def test_a_floor_of_two_blocks_holds_no_more_than_one_however_a_block_sinks_into_it(turned, divided, higher, sunk):
+    # The front of the block is at the joint of the floors. It slides, unless the second floor is higher.
+    if divided:
+        floor = [box((0, 0, -0.5), (1, 1, 0)), box((1, 0, -0.5), (2, 1, higher))]
+    else:
+        floor = [prism([(0, -0.5), (2, -0.5), (2, higher), (1, higher), (1, 0), (0, 0)], 1.0)]
+    block = box((0.4, 0.2, -sunk), (1, 0.8, 0.25))
+    found = on_a_slope(turned, [*floor, block], list(range(len(floor))))
+    assert found.outcome is (Outcome.STABLE if higher > 0 else Outcome.UNSTABLE)
+    reasons = {dropped.reason for dropped in found.interfaces.dropped}
+    assert ("overlap" in reasons) is (divided and sunk > max(-higher, 0) and higher <= 0)
+
+
+@pytest.mark.parametrize("sunk", [1e-5, 1e-4, 1e-3])
+def test_bricks_in_stack_bond_with_beds_that_overlap_have_no_keys(turned, sunk):
+    # Two piles side by side on one support: on the slope both upper bricks slide down, and nothing stands before them.
+    ground = box((0, 0, -0.5), (3, 1, 0))
+    lower = [box((1, 0, 0), (1.4, 0.4, 0.2)), box((1.4, 0, 0), (1.8, 0.4, 0.2))]
+    upper = [box((x, 0.05, 0.2 - sunk), (x + 0.4, 0.35, 0.4)) for x in (1, 1.4)]
+    found = on_a_slope(turned, [ground, *lower, upper[0]], [0, 1, 2])
+    assert found.outcome is Outcome.UNSTABLE
+    found = on_a_slope(turned, [ground, *lower, *upper], [0, 1, 2])
+    assert found.outcome is Outcome.UNSTABLE
+    pairs = {tuple(pair) for pair in found.interfaces.pair.tolist()}
+    assert pairs == {(1, 3), (2, 4), (3, 4)}
+
+
+@pytest.mark.parametrize("thin", [5e-4, 2e-3])
+def test_a_thin_plate_before_a_block_holds_it_where_it_sinks_elsewhere(turned, thin):
+    # A block with a foot sinks by 1 mm into the floor; the plate stands higher up, between the block and a wall.
+    floor = prism([(0, -0.5), (2, -0.5), (2, 1), (1.2, 1), (1.2, 0), (0, 0)], 1.0)
+    plate = box((1, 0.2, 0.1), (1.2, 0.8, 0.1 + thin))
+    found = on_a_slope(turned, [floor, plate, box((0.4, 0.2, -1e-3), (1, 0.8, 0.25))], [0, 1])
+    assert found.outcome is Outcome.STABLE

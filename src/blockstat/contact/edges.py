@@ -12,18 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.contact.coplanar import Patch, Patches, in_one_plane, joined
-from blockstat.contact.faces import frames
-from blockstat.contact.features import (
-    INSIDE,
-    ContactKind,
-    Features,
-    Search,
-    crossings,
-    on_faces,
-    position,
-    together,
-)
+from blockstat.contact.coplanar import Patch, Patches, in_one_plane, joined, merge_coplanar
+from blockstat.contact.faces import INSIDE, frames, position
+from blockstat.contact.features import ContactKind, Features, Search, crossings, on_faces, together
 from blockstat.geometry.convexity import protrusions, separations
 from blockstat.geometry.polyhedron import Polyhedra, members
 from blockstat.geometry.topology import edge_topology
@@ -84,12 +75,12 @@ def edge_contacts(
         return patches, None, rims, []
     search = search_of(assembly, pairs, tolerances, rims=False)
     row, own = _rows_of(pairs, patches.pair, assembly.n_blocks)
-    known = faces = Contacts(row, np.zeros(len(row), np.int64), patches.take(own))
+    known = Contacts(row, np.zeros(len(row), np.int64), patches.take(own))
     kinds = ContactKind.EDGE, ContactKind.CORNER, ContactKind.CROSSING
     for kind, found in zip(kinds, features_of(search, tolerances.steepest), strict=True):
         free = found.take(~found.rim)
         free = free.take(~covered(search, free, known, ONE_PATCH))
-        known = known.with_more(kind, free.take(~_overlaps_at_rims(search, free, faces, tolerances)), pairs)
+        known = known.with_more(kind, free.take(~_overlaps_at_rims(search, free, patches, tolerances)), pairs)
     if len(known.row) == len(row):
         return patches, None, rims, []
     rest = np.setdiff1d(np.arange(len(patches.pair)), own)
@@ -348,25 +339,92 @@ def _inside(search: Search, features: Features, patches: Patches, cover: Ints, d
     return inside
 
 
-def _overlaps_at_rims(search: Search, features: Features, faces: Contacts, tolerances: Tolerances) -> np.ndarray:
+def keys_of_overlap(assembly: Assembly, parts: Patches, tolerances: Tolerances) -> np.ndarray:
+    """Say which patches are nothing but the overlap of other patches, seen at their rims.
+
+    A block that sinks into one of two others whose tops are level meets the side of the other no higher than it sinks.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    parts : Patches
+        All patches that are joints.
+    tolerances : Tolerances
+        What counts as touching.
+
+    Returns
+    -------
+    array of bool, shape (n_parts,)
+        True for a patch across one that overlaps, no higher than that overlap, and gone when the blocks are moved apart
+        by it.
+    """
+    keys = np.zeros(len(parts.pair), dtype=bool)
+    rounding = tolerances.rounding * assembly.size[parts.pair].min(axis=1)
+    if not (parts.overlap > rounding).any():
+        return keys
+    joints = merge_coplanar(parts, tolerances.allowed)
+    deep = joints.take(np.flatnonzero(joints.overlap > tolerances.rounding * assembly.size[joints.pair].min(axis=1)))
+    item, cover, up = _of_one_block(parts.pair, deep)
+    if not len(item):
+        return keys
+    corner = np.repeat(parts.origin, parts.count, axis=0)
+    corner = corner + np.einsum("nk,nkj->nj", parts.corner, np.repeat(parts.frame[:, 1:], parts.count, axis=0))
+    start = np.cumsum(parts.count) - parts.count
+    row, own = members(start[item], parts.count[item])
+    height = np.einsum("ij,ij->i", corner[own], up[row])
+    first = np.cumsum(parts.count[item]) - parts.count[item]
+    extent = np.maximum.reduceat(height, first) - np.minimum.reduceat(height, first)
+    low = np.unique(item[extent <= deep.overlap[cover] + 2 * rounding[item]])
+    if not len(low):
+        return keys
+    ends = np.array([_longest(corner[start[i] : start[i] + parts.count[i]]) for i in low])
+    none = np.zeros(len(low), dtype=np.int64)
+    features = Features(np.arange(len(low)), parts.frame[low, 0], ends, parts.gap[low], none > 0, none, none)
+    search = search_of(assembly, parts.pair[low], tolerances, rims=False)
+    keys[low] = _overlaps_at_rims(search, features, deep, tolerances)
+    return keys
+
+
+def _longest(points: Floats) -> Floats:
+    """The two of some points that are furthest apart."""
+    distance = np.linalg.norm(points[:, None] - points, axis=2)
+    return points[list(np.unravel_index(distance.argmax(), distance.shape))]
+
+
+def _of_one_block(pairs: Ints, patches: Patches) -> tuple[Ints, Ints, Floats]:
+    """Each pair beside each patch of one of its blocks: their numbers, and the way out of it of the second block."""
+    found: list[tuple[Ints, Ints, Floats]] = []
+    for side in (0, 1):
+        for other in (0, 1):
+            order = np.argsort(patches.pair[:, other], kind="stable")
+            blocks = patches.pair[order, other]
+            first, last = (np.searchsorted(blocks, pairs[:, side], end) for end in ("left", "right"))
+            item, place = members(first, last - first)
+            cover = order[place]
+            found.append((item, cover, (1.0 if side == other else -1.0) * patches.frame[cover, 0]))
+    item, cover, up = (np.concatenate(column) for column in zip(*found, strict=True))
+    return item, cover, up
+
+
+def _overlaps_at_rims(search: Search, features: Features, patches: Patches, tolerances: Tolerances) -> np.ndarray:
     """Which features across a patch are nothing but the overlap of its blocks, seen at its rim.
 
     Where two faces that overlap end at a rim, one of them reaches past that rim by as much, and its edge touches the
-    side of the other block. With the blocks moved apart by the overlap, straight or along that side, such a contact is
-    gone. That of a step, or of a wall at whose foot the joint is, stays.
+    side of the other block, or of a third one behind it. With the blocks moved apart by the overlap, straight or along
+    that side, such a contact is gone. That of a step, or of a wall at whose foot the joint is, stays.
     """
     lost = np.zeros(len(features.row), dtype=bool)
-    item, cover, alike = _of_one_pair(features, faces)
-    patches = faces.patches
+    item, cover, up = _of_one_block(search.pairs[features.row], patches)
+    alike = np.einsum("ij,ij->i", up, features.normal[item])
     across = (np.abs(alike) < ONE_PATCH) & (patches.overlap[cover] > search.rounding[features.row[item]])
-    item, cover, alike = item[across], cover[across], alike[across]
+    item, cover, up, alike = item[across], cover[across], up[across], alike[across]
     # What is gone then is no further from the plane than the overlap, and the plane from the faces than their gap.
     near = _inside(search, features.take(item), patches, cover, patches.overlap[cover] + patches.gap[cover])
-    item, cover, alike = item[near], cover[near], alike[near]
+    item, cover, up, alike = item[near], cover[near], up[near], alike[near]
     if not len(item):
         return lost
-    row = features.row[item]
-    up, normal = patches.frame[cover, 0], features.normal[item]
+    row, normal = features.row[item], features.normal[item]
     least = patches.overlap[cover] + 2 * search.rounding[row]
     along = (up - alike[:, None] * normal) / (1 - alike**2)[:, None]
     own = features.take(item)

@@ -17,7 +17,7 @@ import numpy as np
 
 from blockstat.contact.between import held_apart, in_gaps
 from blockstat.contact.coplanar import Parts, Patches, corner_shares, merge_coplanar, parts_of, shares_of_parts
-from blockstat.contact.edges import Tolerances, edge_contacts
+from blockstat.contact.edges import Tolerances, edge_contacts, keys_of_overlap
 from blockstat.contact.faces import concave_patches, convex_faces, frames, gaps_of_surfaces, planar
 from blockstat.contact.features import ContactKind
 from blockstat.contact.tolerance import FLATNESS, GAP, allowed_gap, stated_length
@@ -45,7 +45,9 @@ class Dropped:
 
     a: int
     b: int
-    reason: str  #: "gap", "sliver", or "between" for faces that a block in their gap holds apart
+    #: "gap", "sliver", "between" for faces that a block in their gap holds apart, or "overlap" for faces that meet no
+    #: higher than a bed beside them overlaps
+    reason: str
     value: float  #: the gap or the width [m]
     limit: float  #: what would have been accepted [m]
 
@@ -419,10 +421,10 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs:
         counts.append(mask.sum(axis=1))
     pair, frame, origin, area, gaps, overlap, limit = (np.concatenate(column) for column in zip(*kept, strict=True))
     found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts), overlap)
-    joints, held, dropped = _without_blocks_between(assembly, found, limit)
+    tolerances = Tolerances(allowed, WIDTH, float(np.sin(ANGLE)))
+    joints, held, dropped = _without_blocks_between(assembly, found, limit, tolerances)
     single = found.take(joints)
     merged = merge_coplanar(single, allowed)
-    tolerances = Tolerances(allowed, WIDTH, float(np.sin(ANGLE)))
     parts = _filled(single, {i: filling[k] for i, k in enumerate(joints.tolist()) if k in filling})
     found, kind, rims, bare = edge_contacts(assembly, merged, pairs, tolerances)
     if kind is not None:
@@ -449,17 +451,20 @@ def _filled(patches: Patches, filling: dict[int, list[Floats]]) -> Patches:
     return patches.take(np.setdiff1d(np.arange(len(patches.pair)), list(filling))).with_more(more)
 
 
-def _without_blocks_between(assembly: Assembly, found: Patches, limit: Floats) -> tuple[Ints, Patches, list[Dropped]]:
+def _without_blocks_between(
+    assembly: Assembly, found: Patches, limit: Floats, tolerances: Tolerances
+) -> tuple[Ints, Patches, list[Dropped]]:
     """Numbers of the joints that no other block holds open, those held open, and all patches that are none."""
     close = found.gap <= limit
-    joints = found if close.all() else found.take(np.flatnonzero(close))
-    held = held_apart(assembly, joints, found, ANGLE)
+    held = held_apart(assembly, found.take(np.flatnonzero(close)), found, ANGLE)
+    rest = np.flatnonzero(close & ~held)
+    keys = rest[keys_of_overlap(assembly, found.take(rest), tolerances)]
     dropped = [
-        Dropped(int(a), int(b), "between" if held[i] else "gap", float(found.gap[i]), float(limit[i]))
-        for i in np.flatnonzero(held == close)
-        for a, b in found.pair[[i]]
+        Dropped(a, b, "between" if held[i] else "overlap" if close[i] else "gap", float(found.gap[i]), float(limit[i]))
+        for i in np.union1d(np.flatnonzero(held == close), keys).tolist()
+        for a, b in found.pair[[i]].tolist()
     ]
-    return np.flatnonzero(close & ~held), found.take(np.flatnonzero(held)), dropped
+    return np.setdiff1d(rest, keys), found.take(np.flatnonzero(held)), dropped
 
 
 def _edges_that_touch(assembly: Assembly, found: Patches, kind: Ints, held: Patches) -> tuple[Patches, Ints]:
