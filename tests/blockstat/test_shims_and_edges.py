@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, Outcome, assess, box, find_interfaces, limit_load
+from blockstat import Assembly, Block, Outcome, assess, box, find_interfaces
 from evidence.scenes.small import prism
 
 #: Turns about the vertical, places as in a national grid, and orders of the blocks do not change an answer.
@@ -135,70 +135,6 @@ def turned(request):
         return Assembly.from_blocks(moved, **{"supports": [0], "friction": 0.5} | options), direction
 
     return build
-
-
-#: A floor from x = 0 on, and the ground behind a wall that stands on it at x = 0.
-FOOT = [(-0.5, -1), (2, -1), (2, 0), (0, 0)]
-
-
-def pyramid(plan, sunk):
-    """Frustum of 0.2 m whose top is 0.6 of its plan about the mean corner."""
-    n, plan = len(plan), np.array(plan, float)
-    top = plan.mean(axis=0) + 0.6 * (plan - plan.mean(axis=0))
-    vertices = np.vstack([np.column_stack([plan, np.full(n, -sunk)]), np.column_stack([top, np.full(n, 0.2)])])
-    sides = [[k, (k + 1) % n, (k + 1) % n + n, k + n] for k in range(n)]
-    return Block(vertices, [[*range(n - 1, -1, -1)], [*range(n, 2 * n)], *sides])
-
-
-@pytest.mark.parametrize("sunk", [0.0, 1e-6, 1e-5, 1e-4, 1e-3])
-@pytest.mark.parametrize("wall", [-0.3, 0.0, 0.3])
-@pytest.mark.parametrize("plan", ["edge", "corner"])
-def test_a_block_at_the_foot_of_a_wall_tips_however_little_it_sinks_into_the_floor(turned, plan, wall, sunk):
-    # The wall is met with an edge or a corner at its foot. Pushed toward it, the block turns about that foot: k W at
-    # the height z of the centroid against W at its distance x. With friction alone it would slide at k = .5.
-    support = prism([*FOOT, (wall, 1.0), (-0.5, 1.0)], 2.0)
-    corners = [(0, 0.7), (0.6, 0.7), (0.6, 1.3), (0, 1.3)] if plan == "edge" else [(0, 1), (0.6, 0.7), (0.6, 1.3)]
-    asm, push = turned([support, pyramid(corners, sunk)], (-1, 0, 0))
-    x, z = Assembly.from_blocks([pyramid(corners, sunk)], supports=[]).centroid[0, [0, 2]]
-    limit = limit_load(asm, push)
-    if wall <= 0:
-        assert limit.lower == pytest.approx(x / z, rel=1e-6 + 2 * sunk / z)
-    else:  # a wall that leans over it also holds it down
-        assert limit.lower == pytest.approx(limit_load(*_on_the_floor(turned, support, corners)).lower, rel=1e-2)
-        assert limit.lower > x / z * (1 - 2 * sunk / z)
-
-
-def _on_the_floor(turned, support, corners):
-    return turned([support, pyramid(corners, 0.0)], (-1, 0, 0))
-
-
-@pytest.mark.parametrize("sunk", [-1e-3, 0.0, 1e-5, 1e-4, 1e-3])
-@pytest.mark.parametrize("half", [0.2, 0.5, 1.0])
-def test_blades_in_grooves_carry_a_table_however_little_they_sink(turned, half, sunk):
-    # A beam on two supports. Each groove holds its blade on both sides, so friction is not asked.
-    ground = [(-1.5, -1), (4.5, -1), (4.5, 0.5), (3 + half, 0.5), (3, 0), (3 - half, 0.5), (half, 0.5), (0, 0)]
-    table = [(0, -sunk), (half / 2, 0.7), (3 - half / 2, 0.7), (3, -sunk), (3 + half / 2, 0.7), (3 + half / 2, 1)]
-    table += [(-half / 2, 1), (-half / 2, 0.7)]
-    asm, push = turned([prism([*ground, (-half, 0.5), (-1.5, 0.5)], 1.0), prism(table, 1.0)], (0, 0, -1))
-    assert assess(asm).outcome is Outcome.STABLE
-    assert limit_load(asm, push).lower == np.inf
-
-
-@pytest.mark.parametrize("sunk", [0.0, 1e-5, 1e-4, 1e-3])
-def test_a_block_that_sinks_beside_a_bank_does_not_touch_it(turned, sunk):
-    # Its edge is 2 mm from the foot of a bank of 45 degrees: it slides at the coefficient of friction.
-    block = prism([(0.002, -sunk), (0.6, -sunk), (0.6, 0.25), (0.3, 0.25)], 0.6)
-    asm, push = turned([prism([*FOOT, (-1, 1.0), (-1, -1)], 0.6), block], (-1, 0, 0))
-    assert limit_load(asm, push).upper == pytest.approx(0.5, abs=1e-6)
-
-
-@pytest.mark.parametrize("below", [0.0015, 0.002, 0.003])
-def test_a_block_under_a_thin_ledge_does_not_touch_the_wall_above_it(turned, below):
-    # The ledge is 1 mm thick, and under it the wall is 20 cm behind.
-    wall = [(-0.5, -1), (2, -1), (2, -0.5), (-0.2, -0.5), (-0.2, -1e-3), (0.7, -1e-3), (0.7, 0), (0, 0), (0, 1)]
-    block = prism([(0, -below), (0.1, -0.25), (0.6, -0.25), (0.6, -below)], 0.6)
-    asm, push = turned([prism([*wall, (-0.5, 1)], 0.6), block], (-1, 0, 0))
-    assert np.abs(find_interfaces(asm).frame[:, 0] @ push).max() < 0.1
 
 
 #: Tangent of a slope of 35 degrees; the coefficient of friction is .5.

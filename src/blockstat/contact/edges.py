@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.contact.coplanar import Patch, Patches, in_one_plane, joined, merge_coplanar
-from blockstat.contact.faces import INSIDE, frames, position
-from blockstat.contact.features import ContactKind, Features, Search, crossings, on_faces, together
+from blockstat.contact.faces import frames
+from blockstat.contact.features import INSIDE, ContactKind, Features, Search, crossings, on_faces, position, together
 from blockstat.geometry.convexity import protrusions, separations
 from blockstat.geometry.polyhedron import Polyhedra, members
 from blockstat.geometry.topology import edge_topology

@@ -6,9 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.geometry.convex_pieces import contains
 from blockstat.geometry.polyhedron import Polyhedra, next_in_face
-from blockstat.geometry.triangulation import fans
 from blockstat.typing import Floats, Ints
 
 #: A corner may turn the wrong way by this much (sine of the angle): rounding, not a notch.
@@ -17,10 +15,6 @@ REFLEX = 1e-6
 FILLED = 1e-6
 #: Gaps between polygons below this fraction of them are rounding.
 SEAM = 1e-9
-#: Cosine of the normals of two faces that meet at a notch; those nearer to parallel are one surface.
-ONE_SURFACE = float(np.cos(np.deg2rad(15.0)))
-#: Where a point is, seen in the plane of a face.
-OUTSIDE, RIM, INSIDE = 0, 1, 2
 
 
 def convex_faces(assembly: Polyhedra) -> np.ndarray:
@@ -310,125 +304,3 @@ def _ring(polygon: Any) -> Floats:
     from shapely.geometry.polygon import orient
 
     return np.array(orient(polygon).exterior.coords)[:-1]
-
-
-def position(
-    points: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats, beyond: Floats | None = None
-) -> np.ndarray:
-    """Say whether points are outside polygons, on their rims, or inside.
-
-    Parameters
-    ----------
-    points : array of float, shape (n, m, 2)
-        m points for each polygon [m].
-    polygon : array of float, shape (n, k, 2)
-        Corners of polygons of any form [m]; short ones repeat their last corner.
-    rim : array of bool, shape (n, k)
-        Whether the side that begins at a corner is a rim. On another side a point is inside.
-    rounding : array of float, shape (n,)
-        A point nearer to a side than this is on it [m].
-    beyond : array of float, shape (n,), optional
-        A point outside is on a rim that is no further away than this [m]; by default `rounding`.
-
-    Returns
-    -------
-    array of int, shape (n, m)
-        `OUTSIDE`, `RIM` or `INSIDE`.
-    """
-    # Component by component: numpy takes several times as long to sum over an axis of two.
-    side_x, side_y = np.moveaxis((np.roll(polygon, -1, axis=1) - polygon)[:, None], 3, 0)
-    x, y = (points[:, :, None, k] - polygon[:, None, :, k] for k in (0, 1))
-    square = side_x**2 + side_y**2
-    share = np.clip((x * side_x + y * side_y) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    distance = np.sqrt((x - share * side_x) ** 2 + (y - share * side_y) ** 2)
-    near = distance <= rounding[:, None, None]
-    above = y >= 0
-    leaves = y - side_y >= 0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        crossing = x - y * side_x / side_y < 0
-    inside = ((above != leaves) & crossing).sum(axis=2) % 2 == 1
-    # A side without length repeats a corner, which belongs to the true sides next to it.
-    rim = (rim & (square[:, 0] > 0))[:, None]
-    inside |= near.any(axis=2)
-    on_rim = (near & rim).any(axis=2)
-    if beyond is not None:
-        on_rim |= ~inside & ((distance <= beyond[:, None, None]) & rim).any(axis=2)
-    return np.where(on_rim, RIM, np.where(inside, INSIDE, OUTSIDE)).astype(np.int8)
-
-
-def sunk_at_notches(
-    points: Floats, height: Floats, polygon: Floats, notch: Floats, reach: Floats, rounding: Floats
-) -> np.ndarray:
-    """Say which points beside faces are below the face beyond a notch.
-
-    Parameters
-    ----------
-    points : array of float, shape (n, m, 2)
-        m points for each face, in its plane [m].
-    height : array of float, shape (n, m)
-        Their heights over the planes of the faces [m].
-    polygon : array of float, shape (n, k, 2)
-        Corners of the faces [m]; short ones repeat their last corner.
-    notch : array of float, shape (n, k, 3)
-        Normals of the faces beyond the sides that are notches, along the normal of the face, t1 and t2; elsewhere zero.
-    reach : array of float, shape (n,)
-        Largest distance of such a point from the side, and from the plane of the face [m].
-    rounding : array of float, shape (n,)
-        Heights below this are nothing [m].
-
-    Returns
-    -------
-    array of bool, shape (n, m, k)
-        True for a point and a side. Moved along the face until it is out of the other one, such a point is over the
-        face or on the side, but for rounding.
-    """
-    sunk = np.zeros((*height.shape, polygon.shape[1]), dtype=bool)
-    hollow = (notch != 0).any(axis=2) & (notch[..., 0] < ONE_SURFACE)
-    rows = np.flatnonzero(hollow.any(axis=1))
-    if not len(rows):
-        return sunk
-    polygon, notch, height, rounding = polygon[rows], notch[rows], height[rows, :, None], rounding[rows, None, None]
-    line = (np.roll(polygon, -1, axis=1) - polygon)[:, None]
-    offset = points[rows, :, None] - polygon[:, None]
-    square = (line**2).sum(axis=3)
-    share = np.clip((offset * line).sum(axis=3) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    limit = reach[rows, None, None]
-    near = (np.linalg.norm(offset - share[..., None] * line, axis=3) <= limit) & (np.abs(height) <= limit)
-    above = height * notch[:, None, :, 0] + np.einsum("nmkj,nkj->nmk", offset, notch[..., 1:])
-    over = np.maximum(height, 0.0) * notch[:, None, :, 0]
-    sunk[rows] = hollow[rows, None] & near & (above <= rounding) & (over <= rounding)
-    return sunk
-
-
-def in_material(assembly: Polyhedra, face: Ints, points: Floats, rounding: Floats) -> np.ndarray:
-    """Say whether points lie in the blocks of faces.
-
-    Parameters
-    ----------
-    assembly : Polyhedra
-        The blocks.
-    face : array of int, shape (n,)
-        Numbers of the faces.
-    points : array of float, shape (n, m, 3)
-        m points for each [m].
-    rounding : array of float, shape (n,)
-        A point no further outside than this is in the block [m].
-
-    Returns
-    -------
-    array of bool, shape (n,)
-        True where one of the points does.
-    """
-    blocks = assembly.face_block[face]
-    # Directions all around, none of them along a face: the solid angle has no value on a surface.
-    height, turn = 1 - (np.arange(32) + 0.5) / 16, np.pi * (1 + np.sqrt(5)) * (np.arange(32) + 0.5)
-    radius = np.sqrt(1 - height**2)
-    beside = np.column_stack([radius * np.cos(turn), radius * np.sin(turn), height])
-    found = np.zeros(len(face), dtype=bool)
-    for block in np.unique(blocks):
-        solid = assembly.copied(np.array([block]))
-        triangles = fans(solid.vertices[solid.face_vertices], solid.face_start)
-        for i in np.flatnonzero(blocks == block):
-            near = (points[i, :, None] + rounding[i] * beside).reshape(-1, 3)
-            found[i] = any(contains(triangles, place) for place in near)
-    return found

@@ -30,7 +30,6 @@ class Topology:
     side: (
         Ints  #: shape (n_face_corners,), the convex edge that begins at that corner of a face, -1 for a flat or a notch
     )
-    notch: Ints  #: shape (n_face_corners,), the face beyond a notch that begins at that corner of a face, or -1
 
 
 def edge_topology(blocks: Polyhedra, chosen: Ints) -> Topology:
@@ -84,9 +83,6 @@ def edge_topology(blocks: Polyhedra, chosen: Ints) -> Topology:
     edge, inward, whole = _straightened(blocks, ends[convex], inward[convex], crowded)
     side = np.full(len(blocks.face_vertices), -1)
     side[slot[out[convex]]] = side[slot[back[convex]]] = whole
-    notch = np.full(len(blocks.face_vertices), -1)
-    hollow = ~flat & ~convex
-    notch[slot[out[hollow]]], notch[slot[back[hollow]]] = face[back[hollow]], face[out[hollow]]
     corner, spoke_start, spoke, saddle = _corners(ends[~flat], along[~flat], ~convex[~flat])
     vertex_block = blocks.vertex_block
     bounds = np.arange(blocks.n_blocks + 1)
@@ -101,7 +97,6 @@ def edge_topology(blocks: Polyhedra, chosen: Ints) -> Topology:
         spoke=spoke,
         saddle=saddle,
         side=side,
-        notch=notch,
     )
 
 
