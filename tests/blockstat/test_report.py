@@ -31,6 +31,7 @@ from blockstat import (
 )
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.analysis.verdict import Outcome
+from blockstat.loads import WeightedLoads
 from blockstat.view import assessment
 from blockstat.view.plot import joint_resultants
 from blockstat.view.thrust_lines import THRUST, WIDEST, thrust_lines
@@ -175,7 +176,7 @@ def test_the_picture_of_a_fall_says_what_the_blocks_fall_under():
     weight = slab().free_weight
     push = np.zeros((2, 6))
     push[1, 1] = 0.3 * weight
-    case = SimpleNamespace(name="wind", words="1 x push", loads=push)
+    case = SimpleNamespace(name="wind", words="1 x push", loads=push, weighted_loads=WeightedLoads(push))
     for options, acting in (
         ({"case": case}, "all loads of the case &quot;wind&quot;: 1 x push."),
         ({"loads": push}, "the weight of the blocks, and further loads."),

@@ -1087,7 +1087,7 @@ def test_what_is_further_apart_than_a_joint_stays_where_it_is():
     assert scene.moved == pytest.approx(gap, rel=0.6)
 
 
-def test_a_sliver_that_vanishes_as_corners_move_is_no_joint_that_is_left():
+def test_a_sliver_that_an_overlap_makes_is_no_joint_that_is_left():
     """Two bricks that overlap by 2.6 mm, and one across that lies over the second by 1 mm until they are parted."""
     blocks = [
         box((0, 0, 0), (0.3, 0.3, 0.3), name="one"), box((0.2974, 0, 0), (0.5974, 0.3, 0.3), name="two"),
@@ -1095,10 +1095,10 @@ def test_a_sliver_that_vanishes_as_corners_move_is_no_joint_that_is_left():
     ]  # fmt: skip
     asm = assembly([GROUND, *blocks], gravity=(0, 0, -9.81))
     joints = find_interfaces(asm)
-    assert [2, 3] in joints.pair.tolist()
+    assert [2, 3] not in joints.pair.tolist()
     scene = closed_scene(asm, joints)
     assert scene.left == 0
-    assert scene.closed >= 3
+    assert scene.closed >= 2
     assert [2, 3] not in find_interfaces(scene.assembly).pair.tolist()
     assert scene.misfit == 0.0
 

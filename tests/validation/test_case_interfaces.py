@@ -23,7 +23,6 @@ import json
 
 import numpy as np
 import pytest
-import shapely
 
 from blockstat import find_interfaces, read
 from blockstat.contact.features import ContactKind
@@ -76,40 +75,17 @@ def test_number_and_area_are_those_recorded(cases, case):
         np.testing.assert_allclose(ours[pair], areas, rtol=1e-7)
 
 
-def test_cross_vault_has_all_that_is_recorded_and_13_slivers_more(cases):
+def test_cross_vault_has_what_is_recorded_and_no_sliver_of_an_overlap_more(cases):
+    """Where blocks overlap, 13 pairs of others meet in strips as wide as that, which are no joints in the record."""
     path = cases / "asm_crossvault.json"
-    asm = read(path)
-    faces = find_interfaces(asm)
+    faces = find_interfaces(read(path))
     ours, theirs = found(faces), recorded(path)
     for pair, areas in theirs.items():
         np.testing.assert_allclose(ours[pair], areas, rtol=2e-7)
-    extra = [k for k, pair in enumerate(faces.pair.tolist()) if tuple(pair) not in theirs]
-    extra = [k for k in extra if faces.kinds[k] == ContactKind.FACE]
-    assert ((faces.kinds == ContactKind.FACE).sum(), len(extra), len({tuple(faces.pair[k]) for k in extra})) == (
-        501,
-        13,
-        13,
-    )
-    assert faces.area[extra].max() < 5e-4
-    assert min(min(areas) for areas in theirs.values()) > 0.01
-    assert faces.gap[extra].max() < 5.3e-5  # four more are more open than wide
-    for k in extra:
-        assert faces.area[k] == pytest.approx(shared_area(asm, faces.pair[k], faces.frame[k]), rel=1e-6)
-
-
-def shared_area(asm, pair, frame):
-    """Area [m2] that two blocks share in a plane, computed by shapely from the faces that look along its normal."""
-    sides = []
-    for block, sign in zip(pair, (1, -1), strict=True):
-        corners = asm.block_vertices(block)
-        polygons = []
-        for face in asm.faces_of(block):
-            vector = area_vector(corners[face])
-            if sign * (vector @ frame[0]) > np.cos(np.deg2rad(2)) * np.linalg.norm(vector):
-                polygons.append((shapely.Polygon(corners[face] @ frame[1:].T), corners[face].mean(axis=0) @ frame[0]))
-        sides.append(polygons)
-    near = [a.intersection(b).area for a, at in sides[0] for b, there in sides[1] if abs(at - there) < 0.01]
-    return max(near)
+    pairs = {tuple(pair) for pair in faces.pair[faces.kinds == ContactKind.FACE].tolist()}
+    assert pairs == set(theirs)
+    slivers = {tuple(sorted((one.a, one.b))) for one in faces.dropped if one.reason == "overlap"} - pairs
+    assert len(slivers) == 13
 
 
 def test_a_curved_joint_has_the_area_of_its_facets(cases):

@@ -140,10 +140,10 @@ def test_vaults_that_stand_are_stable_at_any_greater_friction(cases, case):
 
 
 def test_rounding_does_not_move_blocks_that_turn_freely(cases):
-    # The fourth program of this vault has a state, and some of its blocks rest on two points about which they turn.
+    # A program of this vault has a state, and some of its blocks rest on two points about which they turn.
     verdict = assess(read(cases / "asm_crossvault.json").with_(friction=0.6), flow="coulomb")
     assert verdict.outcome is Outcome.STABLE
-    assert verdict.coulomb.solves <= 5
+    assert verdict.coulomb.solves <= 10
 
 
 def test_self_stress_names_the_blocks_that_it_holds(cases):

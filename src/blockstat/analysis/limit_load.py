@@ -251,8 +251,8 @@ def limit_load(
         Bracket the worst case of these (see `blockstat.Imperfections`), exactly. Its assembly and joints are those of
         the result.
     optimum
-        Go on to the optimum, which has about ten digits, where a wider bracket would do: for derivatives and
-        differences.
+        Go on to the optimum, with all digits that the arithmetic leaves, where a wider bracket would do: for
+        derivatives and differences.
     progress
         Told the iteration, the multiplier reached (not yet proven) and the proven upper bound, above 500 unknowns.
         With flow="coulomb" then, for each kind of joints from 0 on, the trial and the bracket until then. With it a
