@@ -26,6 +26,7 @@ from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum
 from blockstat.errors import InputError, check_count, check_positive, check_vector, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
+from blockstat.loads import Loads
 from blockstat.result import Result, Sentence
 from blockstat.typing import Floats, Ints
 
@@ -137,7 +138,7 @@ def linear_check(
     confidence: float = 1.35,
     behaviour: float = 2.0,
     masses: Sequence[tuple[int | str, Sequence[float], float]] = (),
-    loads: Floats | None = None,
+    loads: Loads | None = None,
     floor: Floor | None = None,
     demand: float | None = None,
     macro_blocks: int = MACRO_BLOCKS,
@@ -160,8 +161,9 @@ def linear_check(
     masses : sequence of (block, point, weight), optional
         Weights [N] with mass besides the blocks' own, such as floors and roofs: the block that they move with and where
         they are [m].
-    loads : array of float, shape (n_blocks, 6), optional
-        Permanent loads of the limit [N, N m]. Without them any are taken that do not hold a block back.
+    loads : array of float, shape (n_blocks, 6), or WeightedLoads, optional
+        Permanent loads of the limit [N, N m]; of a case with a factor on the weight its `weighted_permanent`. Without
+        them any are taken that do not hold a block back.
     floor : Floor, optional
         For a part high up in a building; by default the mechanism stands on the ground.
     demand : float, optional

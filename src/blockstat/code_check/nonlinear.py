@@ -39,6 +39,7 @@ from blockstat.code_check.pushed import G, check_pushed, mass_points
 from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of
 from blockstat.errors import InputError, check_choice, check_positive, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome
+from blockstat.loads import Loads
 from blockstat.result import Result
 from blockstat.typing import Floats, Ints
 
@@ -202,7 +203,7 @@ def nonlinear_check(
     site: Spectrum | Mapping[str, Spectrum] | None = None,
     confidence: float = 1.35,
     masses: Sequence[tuple[int | str, Sequence[float], float]] = (),
-    loads: Floats | None = None,
+    loads: Loads | None = None,
     floor: Floor | None = None,
     shape: str = "curve",
     demand: Mapping[str, float] | None = None,
