@@ -161,6 +161,7 @@ def test_a_centring_that_is_not_held_falls_only_where_a_mechanism_proves_it(monk
     found = assess_stages(assembly)
     assert [stage.outcome.word for stage in found.stages] == ["stable", "unstable"]
     assert found.explain().endswith("rest: 3 blocks, unstable; no prop of the centring has room under bed")
+    assert [row["unpropped"] for row in found.summary()["stages"]] == [[], ["bed"]]
     monkeypatch.setattr(props, "falls_on_props", lambda *what: False)
     found = assess_stages(assembly)
     assert [stage.outcome.word for stage in found.stages] == ["stable", "undecided"]

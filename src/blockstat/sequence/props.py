@@ -213,7 +213,7 @@ def _middle_of_free(assembly: Assembly, joints: Interfaces, face: int) -> Floats
         return centre
     axes = frames(normal[None])[0, 1:]
     corners = assembly.vertices[assembly.face_vertices[assembly.face_start[face] : assembly.face_start[face + 1]]]
-    free = shapely.Polygon((corners - centre) @ axes.T)
+    free = shapely.make_valid(shapely.Polygon((corners - centre) @ axes.T))  # warped corners may cross
     least = IN_PLANE * free.area
     for joint in covering:
         points = joints.point[joints.start[joint] : joints.start[joint + 1]]

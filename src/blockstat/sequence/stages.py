@@ -83,6 +83,7 @@ class StagesVerdict(Result):
                     "verdict": stage.outcome.word,
                     "score": finite(stage.score),
                     "moving": list(stage.moving),
+                    "unpropped": list(stage.unpropped),
                     "centring_total": None if stage.falsework is None else finite(stage.falsework.total),
                     "centring_peak": None if stage.falsework is None else finite(stage.falsework.peak),
                 }
