@@ -147,9 +147,10 @@ def capacity(
     near = control_about(moved, origin)
     linkage, begun = _linkage_that_begins(structure, limit, near, associated=flow == "associated")
     states = StateSolver(structure, structure.multiplier)
-    step = _first_step(states, linkage, start, begun, displacement or np.inf, steps)
+    first = states.first(linkage, start, begun.mechanism)
+    step = _first_step(states, first, limit.assembly, displacement or np.inf, steps)
     follower = LinkageFollower(states, _mechanism_of_limit_load, displacement or np.inf, step, tolerance)
-    record = _followed(follower, linkage, start, begun, steps, progress, each)
+    record = _followed(follower, linkage, start, begun, first, steps, progress, each)
     if not record.points:
         raise InputError(f'"{assembly.name}": the mechanism of the limit load cannot be followed from rest')
     all_move, equal = _equal_parts(record, limit, linkage.left_at_rest)
@@ -222,11 +223,10 @@ def _mechanism_of_limit_load(
     return replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack), found.mechanism
 
 
-def _first_step(states: StateSolver, linkage: Linkage, pose: Pose, limit: LimitLoad, end: float, steps: int) -> float:
+def _first_step(states: StateSolver, state: PathState | None, assembly: Assembly, end: float, steps: int) -> float:
     """The largest step [m]: a part of the way to where the tangent at rest meets zero, or of the assembly's extent."""
-    extent = float(np.ptp(limit.assembly.vertices[~limit.assembly.support[limit.assembly.vertex_block]], axis=0).max())
+    extent = float(np.ptp(assembly.vertices[~assembly.support[assembly.vertex_block]], axis=0).max())
     largest = min(extent, end) / steps
-    state = states.first(linkage, pose, limit.mechanism)
     if state is None or not state.forces.admissible:  # followed by finite steps, which shorten where the value changes
         return largest
     if state.point.value <= 0:  # the joints that open lose their tension, and the path ends
@@ -253,6 +253,7 @@ def _followed(
     linkage: Linkage,
     pose: Pose,
     limit: LimitLoad,
+    first: PathState | None,
     steps: int,
     progress: Callable[[float, float], None] | None,
     each: Callable[[Item], None] | None,
@@ -261,7 +262,7 @@ def _followed(
     record = _Record()
     tell = each or (lambda _: None)
     try:
-        for item in follow_path(follower, linkage, pose, limit.mechanism, change=1.0 / steps):
+        for item in follow_path(follower, linkage, pose, limit.mechanism, first, change=1.0 / steps):
             if isinstance(item, FallenBlocks):
                 record.fallen.append(item)
                 tell(item)

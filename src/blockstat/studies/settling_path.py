@@ -328,7 +328,8 @@ def _followed(
     events: list[PathEvent] = []
     outcome = PathOutcome.INTERRUPTED
     try:
-        for item in follow_path(follower, linkage, pose, motion, change=np.inf):
+        first = follower.solver.first(linkage, pose, motion)
+        for item in follow_path(follower, linkage, pose, motion, first, change=np.inf):
             if isinstance(item, PathState):
                 states.append(item)
                 if progress is not None:

@@ -38,7 +38,7 @@ LARGEST_TOLERANCE = 0.1
 
 
 def follow_path(
-    follower: LinkageFollower, linkage: Linkage, pose: Pose, guess: Floats, *, change: float
+    follower: LinkageFollower, linkage: Linkage, pose: Pose, guess: Floats, first: PathState | None, *, change: float
 ) -> Iterator[PathState | PathEvent | FallenBlocks | PathEnd]:
     """Yield the path of a linkage and, where the linkage is lost, the path by finite steps from there on.
 
@@ -46,8 +46,14 @@ def follow_path(
     ----------
     follower
         Follows the linkage.
-    linkage, pose, guess
-        As in `LinkageFollower.follow`.
+    linkage
+        The mechanism that begins.
+    pose
+        Where it begins.
+    guess
+        Its motion, of any magnitude, shape (n_blocks, 6).
+    first
+        What `StateSolver.first` returns for these.
     change
         As in `StepFollower`.
 
@@ -59,7 +65,7 @@ def follow_path(
     last: PathState | None = None
     waiting: list[PathState | PathEvent | PathEnd] | None = []
     item: PathState | PathEvent | PathEnd | None = None
-    for item in follower.follow(linkage, pose, guess):
+    for item in follower.follow(first):
         if item is PathEnd.LOST:
             break
         if isinstance(item, PathState):

@@ -16,14 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
-from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
+from blockstat.large_displacement.displaced.pose import displaced_assembly
 from blockstat.large_displacement.linkage.after_event import AfterEvent
 from blockstat.large_displacement.linkage.event_location import first_kinematic_event, loss_of_equilibrium
-from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import FindMechanism, PathEnd, PathEvent, PathPoint, PathState
 from blockstat.large_displacement.linkage.root_finding import NoRootError
 from blockstat.large_displacement.linkage.state_solver import StateSolver
-from blockstat.typing import Floats
 
 #: The shortest step, relative to the largest. Chosen: a path that needs shorter steps is lost.
 MIN_STEP = 1e-9
@@ -58,24 +56,19 @@ class LinkageFollower:
     tolerance: float
     ends_at_zero: bool = True  #: whether the path ends where the value is zero
 
-    def follow(self, linkage: Linkage, pose: Pose, guess: Floats) -> Iterator[PathState | PathEvent | PathEnd]:
+    def follow(self, state: PathState | None) -> Iterator[PathState | PathEvent | PathEnd]:
         """Yield the states on the path in order, the events between them, and at last how it ends.
 
         Parameters
         ----------
-        linkage
-            The mechanism that begins.
-        pose
-            Where it begins.
-        guess
-            Its motion, of any magnitude, shape (n_blocks, 6).
+        state
+            In which the path begins: `StateSolver.first`.
 
         Yields
         ------
         PathState, PathEvent or PathEnd
             In order; the end comes last.
         """
-        state = self.solver.first(linkage, pose, guess)
         # Several bodies that begin to move together may be no linkage: its motion then balances no forces.
         if state is None or not state.forces.admissible:
             yield PathEnd.LOST
