@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import Enum
 from html import escape
 from typing import Any
@@ -122,6 +123,31 @@ def counted(number: int, word: str) -> str:
     ('1 joint', '3,155 blocks')
     """
     return f"{number:,} {word}" + ("" if number == 1 else "s")
+
+
+def listed(names: Sequence[str], limit: int) -> str:
+    """Return some names in words: the first ones, and how many there are more.
+
+    Parameters
+    ----------
+    names : sequence of str
+        All of them.
+    limit : int
+        How many are named at most.
+
+    Returns
+    -------
+    str
+        Separated by commas.
+
+    Examples
+    --------
+    >>> from blockstat.result import listed
+    >>> listed(["a", "b", "c", "d"], 2), listed(["a", "b"], 2)
+    ('a, b and 2 more', 'a, b')
+    """
+    more = f" and {len(names) - limit:,} more" if len(names) > limit else ""
+    return ", ".join(names[:limit]) + more
 
 
 NANOMETRE = 1e-9  #: a length below this is rounding: no block moves by less than an atom [m]

@@ -114,7 +114,7 @@ def test_a_stage_names_what_moves_only_where_it_falls(gate):
     assert falls.outcome.word == "unstable"
     assert falls.moving
     said = StagesVerdict(falls.outcome, (falls, stands)).explain(limit=1).splitlines()
-    assert f"unstable; first to move: {falls.moving[0]} ..." in said[0]
+    assert f"unstable; first to move: {falls.moving[0]} and {len(falls.moving) - 1} more" in said[0]
     assert said[1] == "decentring: 9 blocks, stable"
     every = StagesVerdict(falls.outcome, (falls,)).explain(limit=len(falls.moving))
     assert every.endswith(f"first to move: {', '.join(falls.moving)}")

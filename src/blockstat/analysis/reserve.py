@@ -25,6 +25,7 @@ from blockstat.contact.interfaces import Interfaces
 from blockstat.geometry.components import connected_components
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.program.ties import tie_columns
+from blockstat.result import listed
 from blockstat.solve.answer import Answer
 from blockstat.typing import Floats, Ints
 
@@ -149,9 +150,8 @@ def neutral_warning(problem: Problem, neutral: Ints, limit: int = 3) -> list[str
     """
     if not len(neutral):
         return []
-    names = ", ".join(f'"{problem.assembly.names[i]}"' for i in neutral[:limit])
-    more = f" and {len(neutral) - limit} more" if len(neutral) > limit else ""
-    return [f"balanced: in equilibrium without reserve; nothing resists a small push that moves {names}{more}"]
+    names = listed([f'"{problem.assembly.names[i]}"' for i in neutral], limit)
+    return [f"balanced: in equilibrium without reserve; nothing resists a small push that moves {names}"]
 
 
 def slivers_of(problem: Problem) -> Ints:
@@ -242,9 +242,8 @@ def sliver_warning(
         One sentence.
     """
     names = problem.assembly.names
-    pairs = [f'"{names[a]}" to "{names[b]}"' for a, b in problem.interfaces.pair[slivers[:limit]].tolist()]
-    more = f" and {len(slivers) - limit} more" if len(slivers) > limit else ""
-    joints = f"joints narrower than {SLIVER:g} of their smaller block: {', '.join(pairs)}{more}"
+    pairs = [f'"{names[a]}" to "{names[b]}"' for a, b in problem.interfaces.pair[slivers].tolist()]
+    joints = f"joints narrower than {SLIVER:g} of their smaller block: {listed(pairs, limit)}"
     return [f"{answer} only with {joints}; without them {bare}"]
 
 

@@ -13,7 +13,7 @@ from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.program.bonds import Bonds
-from blockstat.result import Result, Sentence, counted, finite
+from blockstat.result import Result, Sentence, counted, finite, listed
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -172,16 +172,13 @@ class Verdict(Result):
         if len(self.held):
             pairs = self.interfaces.pair[self.held]
             blocks = len(np.unique(pairs[~self.assembly.support[pairs]]))
-            joints = ", ".join(f"{self.assembly.names[a]}-{self.assembly.names[b]}" for a, b in pairs[:limit])
-            more = f" and {len(pairs) - limit} more" if len(pairs) > limit else ""
-            lines.append(f"Held so: {blocks} of {len(self.assembly.free)} blocks, at the joints {joints}{more}.")
+            joints = listed([f"{self.assembly.names[a]}-{self.assembly.names[b]}" for a, b in pairs], limit)
+            lines.append(f"Held so: {blocks} of {len(self.assembly.free)} blocks, at the joints {joints}.")
         if len(self.falling):
-            names = ", ".join(self.assembly.names[i] for i in self.falling[:limit])
-            more = f" and {len(self.falling) - limit} more" if len(self.falling) > limit else ""
-            lines.append(f"Proof: none of their joints closes when they fall freely, so none resists: {names}{more}.")
+            names = listed([self.assembly.names[i] for i in self.falling], limit)
+            lines.append(f"Proof: none of their joints closes when they fall freely, so none resists: {names}.")
         if len(self.floating):
-            names = ", ".join(self.assembly.names[i] for i in self.floating[:limit])
-            lines.append(f"Nothing holds: {names}{' ...' if len(self.floating) > limit else ''}.")
+            lines.append(f"Nothing holds: {listed([self.assembly.names[i] for i in self.floating], limit)}.")
         if words := self.interfaces.contact_words:
             lines.append(f"Contacts: {words}.")
         lines += [f"Warning: {text}" for text in self.warnings]
@@ -321,8 +318,7 @@ def first_words(assembly: Assembly, moving: Ints, *, limit: int = 5) -> str:
     str
         One sentence.
     """
-    more = f" and {len(moving) - limit} more" if len(moving) > limit else ""
-    return f"First to move: {', '.join(assembly.names[i] for i in moving[:limit])}{more}."
+    return f"First to move: {listed([assembly.names[i] for i in moving], limit)}."
 
 
 def moving_joints(

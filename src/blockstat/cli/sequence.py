@@ -26,6 +26,7 @@ from blockstat.cli.options import (
     print_json,
 )
 from blockstat.errors import InputError
+from blockstat.result import listed
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -268,5 +269,4 @@ def _remove_each(
         named = f": {', '.join(may_go)}" if may_go else ""
         typer.echo(f"{len(may_go)} of {len(words)} blocks may be taken out now{named}.")
         for name, others in moving.items():
-            more = " ..." if len(others) > FEW else ""
-            typer.echo(f"{name}: {words[name]}; first to move: {', '.join(others[:FEW])}{more}")
+            typer.echo(f"{name}: {words[name]}; first to move: {listed(others, FEW)}")

@@ -15,6 +15,7 @@ from blockstat.compas.objects import Recorded, Source, assembly_of, recorded_joi
 from blockstat.compas.record import MOTION, record, results_of
 from blockstat.contact.interfaces import GAP, find_interfaces
 from blockstat.errors import InputError, InputWarning, check_choice, known_options
+from blockstat.result import listed
 from blockstat.typing import Floats
 
 JOINTS = ("recorded", "found")
@@ -123,9 +124,8 @@ def _unrecorded(assembly: Assembly, recorded: Recorded, gap: float | str) -> str
     pairs = sorted(set(map(tuple, find_interfaces(assembly, gap=gap).pair.tolist())) - have)
     if not pairs:
         return ""
-    some = ", ".join(f"{assembly.names[a]} | {assembly.names[b]}" for a, b in pairs[:5])
-    more = f" and {len(pairs) - 5} more" if len(pairs) > 5 else ""
-    return f'blocks touch without a recorded joint, which joints="found" would add: {some}{more}'
+    some = listed([f"{assembly.names[a]} | {assembly.names[b]}" for a, b in pairs], 5)
+    return f'blocks touch without a recorded joint, which joints="found" would add: {some}'
 
 
 def _loads(problem: Any, source: Source, assembly: Assembly) -> Floats:

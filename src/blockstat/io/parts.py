@@ -14,6 +14,7 @@ from blockstat.errors import InputError, NoSupportError, check_gravity
 from blockstat.io.raw import glb, ply, stl
 from blockstat.io.raw.precision import spacing
 from blockstat.joint import Tie
+from blockstat.result import listed
 from blockstat.typing import Floats
 
 UP = ("x", "y", "z", "-x", "-y", "-z")  #: axes of a file that may point up
@@ -370,8 +371,7 @@ def chosen_supports(
     """
     chosen: list[int | str] = [given] if isinstance(given, (int, str)) else list(marked if given is None else given)
     if not chosen and given is None:
-        some = ", ".join(name or f"block{i}" for i, name in enumerate(names[:8]))
-        some += f" and {len(names) - 8} more" if len(names) > 8 else ""
+        some = listed([name or f"block{i}" for i, name in enumerate(names)], 8)
         raise NoSupportError(
             f"{kind} does not say which blocks are supports; give their names or numbers (blocks: {some})"
         )

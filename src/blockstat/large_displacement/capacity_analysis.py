@@ -30,6 +30,7 @@ from blockstat.large_displacement.linkage.parts import part_that_moves_control
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.statics.limit_state import associated_multiplier, limit_state
+from blockstat.result import listed
 from blockstat.solve.dispatch import CHOICES
 from blockstat.typing import Floats, Ints
 
@@ -204,10 +205,9 @@ def _equal_parts(record: _Record, limit: LimitLoad, left: Ints) -> tuple[bool, l
     if not len(fast):
         return moves, []
     fast = np.sort(fast)
-    names = ", ".join(f'"{limit.assembly.names[block]}"' for block in fast[:MOST_NAMES])
-    more = f" and {len(fast) - MOST_NAMES} more" if len(fast) > MOST_NAMES else ""
+    names = listed([f'"{limit.assembly.names[block]}"' for block in fast], MOST_NAMES)
     fate = "move too" if moves else "are left at rest"
-    return moves, [f"other parts begin to move at the same multiplier and {fate}: {names}{more}"]
+    return moves, [f"other parts begin to move at the same multiplier and {fate}: {names}"]
 
 
 def _mechanism_of_limit_load(

@@ -26,7 +26,7 @@ from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import check_seconds, check_vector, known_options
 from blockstat.geometry.components import connected_components
-from blockstat.result import Result, Sentence
+from blockstat.result import Result, Sentence, listed
 from blockstat.sequence.plan import Plan, Step
 from blockstat.sequence.search import Journal
 from blockstat.sequence.states import Evidence, Whole
@@ -114,10 +114,8 @@ class CoursesResult(Result):
         lines = [self.outcome.value]
         last = self.courses[-1].held if self.courses else ()
         if last and self.outcome is CoursesOutcome.BUILT:
-            named = ", ".join(last[:FEW]) + (f" and {len(last) - FEW} more" if len(last) > FEW else "")
-            lines.append(
-                f"The finished assembly is proven to stand only while {named} {'is' if len(last) == 1 else 'are'} held."
-            )
+            held = f"{listed(last, FEW)} {'is' if len(last) == 1 else 'are'} held"
+            lines.append(f"The finished assembly is proven to stand only while {held}.")
         free = sum(not course.held for course in self.courses)
         lines.append(f"{len(self.courses)} courses; {free} of them stand by themselves.")
         if self.most_held:

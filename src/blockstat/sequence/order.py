@@ -28,7 +28,7 @@ from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, check_count, check_seconds, known_options
-from blockstat.result import Result, finite
+from blockstat.result import Result, finite, listed
 from blockstat.sequence.plan import Plan, least_friction
 from blockstat.sequence.search import Constraints, Journal, OrderOutcome, Search
 from blockstat.sequence.states import Whole
@@ -99,13 +99,13 @@ class OrderResult(Result):
             lines.append("The finished assembly itself, with which every order ends, was not judged.")
         elif self.finished is Outcome.UNSTABLE:
             what = "the finished assembly itself does not stand, and every order ends with it"
-            lines = [f"None: {what}; first to move: {_few(self.moving)}."]
+            lines = [f"None: {what}; first to move: {listed(self.moving, FEW)}."]
         elif self.finished is not Outcome.STABLE:
             what = "the finished assembly itself, with which every order ends, could be proven neither to stand nor to"
             lines = [f"Undecided: {what} fall."]
         elif self.outcome is OrderOutcome.UNDECIDED:
             lines += [f"{self.undecided} states could be proven neither stable nor unstable."] * bool(self.undecided)
-            lines += [f"No straight motion was found for {_few(self.barred)}, nor proven not to exist."] * bool(
+            lines += [f"No straight motion was found for {listed(self.barred, FEW)}, nor proven not to exist."] * bool(
                 self.barred
             )
         if self.plan is not None:
@@ -113,10 +113,6 @@ class OrderResult(Result):
         each = 1e3 * self.seconds / max(self.states, 1)
         lines.append(f"{self.states} states judged ({self.solved} solved) in {self.seconds:.1f} s, {each:.1f} ms each.")
         return "\n".join(lines)
-
-
-def _few(names: tuple[str, ...]) -> str:
-    return ", ".join(names[:FEW]) + (" ..." if len(names) > FEW else "")
 
 
 @known_options

@@ -16,7 +16,7 @@ from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError, check_choice, check_names, known_options, no_such
-from blockstat.result import Result, counted, finite
+from blockstat.result import Result, counted, finite, listed
 from blockstat.sequence.props import Falsework, Prop, check_on_block, on_props, prop_of
 from blockstat.sequence.states import Whole
 from blockstat.system.reading import text_of
@@ -358,7 +358,7 @@ class PlanVerdict(Result):
         lines += [f"{'step':>5} {'verdict':<10} {'score':>9}  held; first to move"] if bad else []
         for row in bad:
             score = "-" if row["score"] is None else f"{row['score']:.3g}"
-            moving = ", ".join(row["moving"][:limit]) + (" ..." if len(row["moving"]) > limit else "")
+            moving = listed(row["moving"], limit)
             held_now = ", ".join(row["held"]) or "nothing"
             lines.append(f"{row['step']:>5} {row['verdict']:<10} {score:>9}  {held_now}; {moving}")
         on = {k: one for k, one in enumerate(self.falsework) if one and self.outcomes[k] is Outcome.STABLE}
@@ -369,8 +369,7 @@ class PlanVerdict(Result):
             )
             lines.append(f"{line} with up to {most.peak:.6g} N in one of them.")
         if self.plan.steps and (left := self.plan.standing_props()[-1]):
-            more = f" and {len(left) - limit} more" if len(left) > limit else ""
-            line = f"{counted(len(left), 'prop')} never taken away: {', '.join(left[:limit])}{more}."
+            line = f"{counted(len(left), 'prop')} never taken away: {listed(left, limit)}."
             lines.append(f"{line} The last step is judged with them.")
         if self.tilt and self.tilt_any_way:
             least, every = min(self.tilt), min(self.tilt_any_way)

@@ -25,7 +25,7 @@ from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError, check_choice, known_options
-from blockstat.result import Result, finite
+from blockstat.result import Result, finite, listed
 from blockstat.sequence.courses import levels
 from blockstat.sequence.props import Falsework, centring, held_by_props, outcome_with_props
 from blockstat.sequence.states import Whole
@@ -111,16 +111,11 @@ class StagesVerdict(Result):
                 total, peak = 1e-3 * stage.falsework.total, 1e-3 * stage.falsework.peak
                 words += f" on a centring that carries at least {total:.2f} kN, {peak:.2f} kN at one block"
             elif stage.unpropped:
-                words += f"; no prop of the centring has room under {_first(stage.unpropped, limit)}"
+                words += f"; no prop of the centring has room under {listed(stage.unpropped, limit)}"
             if stage.moving:
-                words += f"; first to move: {_first(stage.moving, limit)}"
+                words += f"; first to move: {listed(stage.moving, limit)}"
             lines.append(words)
         return "\n".join(lines)
-
-
-def _first(names: tuple[str, ...], limit: int) -> str:
-    """Some names, so many at most."""
-    return ", ".join(names[:limit]) + (" ..." if len(names) > limit else "")
 
 
 def stages_of(assembly: Assembly) -> tuple[Stage, ...]:

@@ -23,7 +23,7 @@ from blockstat.loads import numbers
 from blockstat.program.bonds import Bonds
 from blockstat.program.conic import conic_program
 from blockstat.program.ties import tied_pairs
-from blockstat.result import Result, Sentence, counted, finite, plain
+from blockstat.result import Result, Sentence, counted, finite, listed, plain
 from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats, Ints
 
@@ -159,8 +159,7 @@ class Settlement(Result):
         moving = (speed[order] > MOVING * self.displacement) & ~self.assembly.support[order]
         names = [self.assembly.names[i] for i in order[moving]]
         if names:
-            more = f" and {len(names) - limit} more" if len(names) > limit else ""
-            lines.append(f"Blocks that move with them: {', '.join(names[:limit])}{more}.")
+            lines.append(f"Blocks that move with them: {listed(names, limit)}.")
         cracks = [crack for crack in self.cracks() if crack.opening > SHUT * self.displacement]
         if cracks and self.foundations:
             lines.append(

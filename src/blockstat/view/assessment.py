@@ -20,7 +20,7 @@ from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import check_choice, known_options
 from blockstat.io.parts import UNITS
-from blockstat.result import Result, plain
+from blockstat.result import Result, listed, plain
 from blockstat.studies.directions import DIRECTIONS, DirectionalLimits, DirectionOutcome, limit_load_by_direction
 from blockstat.typing import Floats
 from blockstat.view.document import bullets, facts, figure, page, table
@@ -254,7 +254,6 @@ def assumptions(found: Assessment) -> list[tuple[str, str]]:
     up = -assembly.gravity / gravity
     axis = next((name for name, part in zip("xyz", up, strict=True) if part > 1 - 1e-9), None)
     supports = [assembly.names[i] for i in np.flatnonzero(assembly.support)]
-    more = f" and {len(supports) - 8} more" if len(supports) > 8 else ""
     laws = [_law(law.as_dict()) for law in assembly.joints]
     return [
         ("source", found.source),
@@ -268,7 +267,7 @@ def assumptions(found: Assessment) -> list[tuple[str, str]]:
             f"{density[0]:g} kg/m3" if len(density) == 1 else f"{density[0]:g} to {density[-1]:g} kg/m3, by block",
         ),
         ("blocks", f"{assembly.n_blocks:,}, of which {len(free):,} are free"),
-        ("supports", f"{', '.join(supports[:8])}{more}"),
+        ("supports", listed(supports, 8)),
         ("ties", f"{len(assembly.ties)}, listed below" if assembly.ties else "none"),
         ("loads", _acting(found, "{0.name}: {0.words}")),
         ("weight of the free blocks", f"{plain(assembly.free_weight / 1e3, 4)} kN"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from blockstat.result import Result, Sentence, millimetres
+from blockstat.result import Result, Sentence, listed, millimetres
 from blockstat.typing import Floats, Ints
 from dynsim.judge.cracks import Cracks
 from dynsim.judge.run import Run
@@ -107,9 +107,8 @@ class DynamicVerdict(Result):
             lines.append(f"An imbalance of {self.resolution:.1g} of the weight would have shown.")
         names = [self.run.assembly.names[i] for i in self.moved]
         if names:
-            more = f" and {len(names) - limit} more" if len(names) > limit else ""
             first = f"First to move: {self.first_block}, at {self.first_time:.2g} s."
-            lines.append(f"{first} Moved: {', '.join(names[:limit])}{more}.")
+            lines.append(f"{first} Moved: {listed(names, limit)}.")
         if self.cracks.n_cracks:
             lines.append(self.cracks.explain())
         lines += [f"Warning: {text}" for text in self.warnings]

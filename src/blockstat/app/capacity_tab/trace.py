@@ -12,7 +12,7 @@ from blockstat.assembly import Assembly
 from blockstat.large_displacement.capacity_curve import CapacityPoint
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.linkage.path import PathEvent
-from blockstat.result import millimetres, plain
+from blockstat.result import listed, millimetres, plain
 from blockstat.typing import Floats
 from blockstat.view.painter import posed
 
@@ -220,8 +220,7 @@ def told(item: CapacityPoint | PathEvent | FallenBlocks, names: Sequence[str]) -
         after = "; any multiple is carried" if item.after == np.inf else after
         return Event(item.kind, float(item.parameter), f"from {plain(item.before, 4)} g{after}")
     gone = [names[int(block)] for block in item.blocks]
-    more = f" and {len(gone) - NAMED} more" if len(gone) > NAMED else ""
-    return Event("left", float(item.parameter), f"{', '.join(gone[:NAMED])}{more}")
+    return Event("left", float(item.parameter), listed(gone, NAMED))
 
 
 def controls(assembly: Assembly) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from blockstat.analysis.verdict import Outcome
 from blockstat.errors import InputError
+from blockstat.result import listed
 from blockstat.typing import Floats
 from blockstat.view.building.steps import FALLS, HELD
 from blockstat.view.plot import STONE, SUPPORT
@@ -98,6 +99,5 @@ class StepSlider:
         parts = [f"<b>step {step}: {outcome.word}</b>"]
         for what, names in rows:
             if names:
-                more = " …" if len(names) > FEW else ""
-                parts.append(f"{what}: {escape(', '.join(names[:FEW]))}{more}")
+                parts.append(f"{what}: {escape(listed(names, FEW))}")
         return "<br>".join(parts)
