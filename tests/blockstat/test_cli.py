@@ -228,6 +228,9 @@ def test_the_code_check_of_a_file(tmp_path):
     found = json.loads(run(*asked, "0.3", "--json").stdout)
     assert found["outcome"] == "satisfied"
     assert found["ag_slv"] == pytest.approx(0.5 / 1.35, rel=1e-4)
+    on_ridge = json.loads(run(*asked, "0.3", "--topography", "1.4", "--json").stdout)
+    assert on_ridge["ag_slv"] == pytest.approx(0.5 / 1.35 / 1.4, rel=1e-4)
+    assert on_ridge["outcome"] == "not_satisfied"
     ag = (1.4 - math.sqrt(1.4**2 - 4 * 0.375)) / 2  # ag (1.4 - ag) = 1.5 x .25, with S = 1.038
     on_soil = run(*asked, "0.3", "--soil", "B", "--q", "1.5", "--fc", "1").stdout
     assert f"ag = {ag:.5g}" in on_soil

@@ -679,3 +679,41 @@ def on_a_base(blocks, **options):
 
 def checked(blocks, demand=None, **options):
     return linear_check(limit_load(on_a_base(blocks, **options), (1, 0, 0)), (1, 0, 0), demand=demand)
+
+
+@cache
+def parapet():
+    """A wall of 2 m, and on it a parapet 2 m high and .2 m thick, which turns about its own foot at .2 / 2."""
+    blocks = [
+        box((-1, -1, -1), (2, 4, 0), name="ground"),
+        box((0, 0, 0), (1, 3, 2), name="wall"),
+        box((0.4, 0, 2), (0.6, 3, 4), name="parapet"),
+    ]
+    return Assembly.from_blocks(blocks, supports=["ground"])
+
+
+def test_a_mechanism_on_no_support_is_told_to_be_high_up():
+    says = "no block of the mechanism touches a support"
+    above, along = limit_load(parapet(), SIDE), capacity(parapet(), SIDE, control="parapet", steps=5)
+    assert above.lower == pytest.approx(0.1, abs=1e-4)
+    floor = Floor(period=0.3, own_period=0.1, gamma=1.2)
+    for check, found, low in ((linear_check, above, limit()), (nonlinear_check, along, curve())):
+        assert sum(says in text for text in check(found, SIDE).warnings) == 1
+        assert not any(says in text for text in check(found, SIDE, floor=floor).warnings)
+        assert not any(says in text for text in check(low, SIDE).warnings)
+
+
+def test_checks_repeat_the_warnings_of_what_they_verify():
+    told = "joints are 2 mm open"
+    assert linear_check(replace(limit(), warnings=(told,)), SIDE).warnings == (told,)
+    assert nonlinear_check(replace(curve(), warnings=(told,)), SIDE).warnings == (told,)
+
+
+def test_a_table_that_ends_on_its_plateau_is_told_where_it_is_taken_beyond():
+    short, whole = (SpectrumTable((0.0, 0.1, last), (0.1, 0.25, value)) for last, value in ((0.2, 0.25), (2.0, 0.05)))
+    (told,) = nonlinear_check(curve(), SIDE, site=short).warnings
+    assert told.startswith("the spectrum ends at 0.2 s with its greatest value and is taken beyond")
+    assert nonlinear_check(curve(), SIDE, site=whole).warnings == ()
+    assert linear_check(limit(), SIDE, site=short).warnings == ()
+    high = Floor(period=0.3, own_period=0.1, gamma=1.2)
+    assert linear_check(limit(), SIDE, site=short, floor=high).warnings[0].endswith("give it beyond its plateau")

@@ -288,8 +288,10 @@ def test_the_command_writes_the_page_and_refuses_other_files(tmp_path):
     code_check = ["--directions", 4, "--ag", 0.15, "--soil", "B", "--tc", 0.3]
     answer = run(file, "-o", tmp_path / "code.html", *code_check)
     assert answer.returncode == 0, answer.stderr
-    assert "on soil B, F0 2.5, TC* 0.3 s. Asked for at SLV: ag = 0.15 g." in words((tmp_path / "code.html").read_text())
-    assert "it needs --ag, too" in run(file, "-o", tmp_path / "code.html", "--soil", "B").stderr
+    assert "on soil B, S_T 1, F0 2.5, TC* 0.3 s. Asked for at SLV: ag = 0.15 g." in words(
+        (tmp_path / "code.html").read_text()
+    )
+    assert "which needs --ag" in run(file, "-o", tmp_path / "code.html", "--soil", "B").stderr
     assert "it is written as: .html, .htm" in run(file, "-o", tmp_path / "report.pdf").stderr
     assert "no such directory" in run(file, "-o", "/nowhere/report.html").stderr
 

@@ -227,7 +227,7 @@ def check(
 def limit(
     file: FileArgument,
     load: Annotated[
-        str | None, typer.Option(metavar="AX,AY,AZ", help="Direction of the acceleration; 1 is as strong as gravity.")
+        str | None, typer.Option(metavar="AX,AY,AZ", help="Direction of a push on all masses, as strong as gravity.")
     ] = None,
     directions: Annotated[
         int | None, typer.Option(metavar="N", help="In place of --load: all round the horizon; a multiple of 4.")
@@ -252,7 +252,10 @@ def limit(
     imperfection: Imperfect = None,
     as_json: AsJson = False,
 ) -> None:
-    """Bracket an acceleration, in one direction or in all, or the live loads of a case. Both bounds are proven."""
+    """Bracket a push on all masses, in one direction or in all, or the live loads of a case.
+
+    Both bounds are proven. With --flow coulomb those without dilatancy are what was found.
+    """
     from blockstat.analysis.limit_load import limit_load
 
     if load is None and directions is None and case is None:
@@ -310,7 +313,8 @@ def tilt_command(
 ) -> None:
     """Find the angle by which the ground may tilt about an axis before the assembly falls.
 
-    The loads of a case stay as they are while gravity rotates.
+    Gravity turns right-handed: about x it pushes towards +y, about y towards -x. Only this sense is tried; --axis=-1,0,0
+    turns it the other way. The loads of a case stay as they are while gravity rotates.
     """
     from math import isnan
 

@@ -36,6 +36,7 @@ from blockstat.errors import InputError
 
 Ag = Annotated[float | None, typer.Option(help="Peak ground acceleration asked for at SLV, in units of g.")]
 Soil = Annotated[str | None, typer.Option(help="Category of the ground, A to E; A by default.")]
+Topography = Annotated[float | None, typer.Option(help="S_T of slopes and ridges; 1 by default.")]
 F0 = Annotated[float | None, typer.Option(help="F0 of the spectrum; 2.5 by default.")]
 Tc = Annotated[float | None, typer.Option(help="TC* of the spectrum [s]; 0.3 by default.")]
 Confidence = Annotated[float | None, typer.Option("--fc", help="Confidence factor FC; 1.35 by default.")]
@@ -71,7 +72,7 @@ Steps = Annotated[int, typer.Option(metavar="N", help="About how many points the
 def capacity_command(
     file: FileArgument,
     load: Annotated[
-        str | None, typer.Option(metavar="AX,AY,AZ", help="Direction of the acceleration; 1 is as strong as gravity.")
+        str | None, typer.Option(metavar="AX,AY,AZ", help="Direction of a push on all masses, as strong as gravity.")
     ] = None,
     control: Annotated[
         str | None,
@@ -197,9 +198,10 @@ def settle_command(
 
 def code_check_command(
     file: FileArgument,
-    load: Annotated[str, typer.Option(metavar="AX,AY,AZ", help="Direction of the horizontal acceleration.")],
+    load: Annotated[str, typer.Option(metavar="AX,AY,AZ", help="Direction of the push on all masses, horizontal.")],
     ag: Ag = None,
     soil: Soil = None,
+    topography: Topography = None,
     f0: F0 = None,
     tc: Tc = None,
     confidence: Confidence = None,
@@ -224,7 +226,7 @@ def code_check_command(
     from blockstat.code_check.linear import linear_check
 
     near = gap_of(gap)
-    code = code_options(ag, soil, f0, tc, confidence, behaviour)
+    code = code_options(ag, soil, topography, f0, tc, confidence, behaviour)
     direction = numbers(load, 3, "--load", "AX,AY,AZ")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
@@ -246,6 +248,7 @@ def code_check_command(
 def code_options(
     ag: float | None,
     soil: str | None,
+    topography: float | None,
     f0: float | None,
     tc: float | None,
     confidence: float | None,
@@ -255,7 +258,7 @@ def code_options(
 
     Parameters
     ----------
-    ag, soil, f0, tc, confidence, behaviour : float or str, optional
+    ag, soil, topography, f0, tc, confidence, behaviour : float or str, optional
         Values of `--ag`, `--soil`, `--f0`, `--tc`, `--fc` and `--q`; None for the defaults.
 
     Returns
@@ -272,7 +275,7 @@ def code_options(
 
     if ag is not None and not 0 < ag < 10:
         raise InputError(f"--ag is {ag:g}; it is in units of g, such as 0.15")
-    given = {"soil": soil, "f0": f0, "tc_star": tc}
+    given = {"soil": soil, "topography": topography, "f0": f0, "tc_star": tc}
     site = Site(**{name: value for name, value in given.items() if value is not None})
     factors = {"demand": ag, "confidence": confidence, "behaviour": behaviour}
     return {"site": site, **{name: value for name, value in factors.items() if value is not None}}

@@ -510,7 +510,9 @@ def _allow_blocks(most: float | None) -> None:
 
 MostBlocks = Annotated[
     float | None,
-    typer.Option("--most-blocks", metavar="N", help="Blocks that a scene may have.", callback=_allow_blocks),
+    typer.Option(
+        "--most-blocks", metavar="N", help="Blocks that a scene may have; 300,000 by default.", callback=_allow_blocks
+    ),
 ]
 Version = Annotated[
     bool, typer.Option("--version", help="Print the version and end.", callback=_say_version, is_eager=True)

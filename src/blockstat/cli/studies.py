@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from blockstat.cli.cases import Case, LoadsFile, all_cases, bracket, case_answers, chosen_case, load_and_loads
-from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc, code_options
+from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc, Topography, code_options
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -208,6 +208,7 @@ def report_command(
     loads: LoadsFile = None,
     ag: Ag = None,
     soil: Soil = None,
+    topography: Topography = None,
     f0: F0 = None,
     tc: Tc = None,
     confidence: Confidence = None,
@@ -218,7 +219,7 @@ def report_command(
     It lists all load cases; with --case all verdicts and limit loads are those under the loads of that case. With --ag
     it has the linear code check of Circolare 7/2019 towards +-x, +-y and the weakest direction.
     """
-    code = asked_code(ag, soil, f0, tc, confidence, behaviour)
+    code = asked_code(ag, soil, topography, f0, tc, confidence, behaviour)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     acting: dict[str, Any] = {"case": case, "loads": loads, "tilt": tilt}
     options = {"units": units, "gap": gap_of(gap), "directions": directions, "code": code}
@@ -246,7 +247,7 @@ def asked_code(ag: float | None, *others: Any) -> dict[str, Any] | None:
         For others without `--ag`, or a value that cannot be used.
     """
     if ag is None and any(value is not None for value in others):
-        raise InputError("--soil, --f0, --tc, --fc and --q are those of the code check; it needs --ag, too")
+        raise InputError("--soil, --topography, --f0, --tc, --fc and --q are of the code check, which needs --ag")
     return None if ag is None else code_options(ag, *others)
 
 
@@ -338,7 +339,7 @@ def prove_command(
     gap: Gap = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write an exact proof that an assembly stands or falls, for `python extras/check_proof.py`."""
+    """Write an exact proof of admissible forces, or of a fall, for `python extras/check_proof.py`."""
     from blockstat.proof.proof_file import prove
 
     if load is not None and limit:

@@ -22,7 +22,7 @@ import numpy as np
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
 from blockstat.code_check.macro_blocks import a_part_moves_alone
 from blockstat.code_check.pushed import G, check_pushed, mass_points
-from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of
+from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of, table_ends
 from blockstat.errors import InputError, check_count, check_positive, check_vector, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
@@ -231,6 +231,8 @@ def linear_check(
     share, _, warnings = oscillator(sums, bodies, macro_blocks, mixed=mixed)
     acceleration = alpha0 * G / (share * confidence)
 
+    high = high_up(limit, bodies) if floor is None else table_ends(ground, floor.period)
+
     def needed(ag: float) -> float:
         own = ground.spectrum(ag, 0.0)
         return own if floor is None else max(own, floor.spectrum(ground, ag))
@@ -252,7 +254,7 @@ def linear_check(
         bodies=tuple(tuple(int(block) for block in body) for body in bodies),
         multiplier=multiplier,
         ground=ground.words,
-        warnings=(*warnings, *idle),
+        warnings=tuple(dict.fromkeys([*limit.warnings, *warnings, *high, *idle])),
     )
 
 
@@ -309,6 +311,29 @@ def asked_for(demand: float | None, satisfied: bool | None, ag: float) -> str:
         return ""
     falls = "; on this soil lesser accelerations are not all borne" if satisfied and demand > ag else ""
     return f", asked for {demand:.4g} g{falls}"
+
+
+def high_up(limit: LimitLoad, bodies: Sequence[Ints]) -> tuple[str, ...]:
+    """Return what to say of a mechanism that stands on nothing that moves with the ground.
+
+    Parameters
+    ----------
+    limit : LimitLoad
+        With its joints.
+    bodies : sequence of array of int
+        Blocks that move as one.
+
+    Returns
+    -------
+    tuple of str
+        A warning where no block that moves touches a support.
+    """
+    pair, support = limit.interfaces.pair, limit.assembly.support
+    moves = np.zeros(limit.assembly.n_blocks, dtype=bool)
+    moves[np.concatenate(bodies)] = True
+    if (moves[pair] & support[pair[:, ::-1]]).any():
+        return ()
+    return ("no block of the mechanism touches a support: high up in a building the demand is that of a floor, floor=",)
 
 
 def oscillator(

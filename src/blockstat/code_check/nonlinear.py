@@ -29,6 +29,7 @@ from blockstat.code_check.linear import (
     check_demand,
     check_level,
     count,
+    high_up,
     is_borne,
     moving_bodies,
     oscillator,
@@ -36,7 +37,7 @@ from blockstat.code_check.linear import (
 )
 from blockstat.code_check.macro_blocks import a_part_moves_alone
 from blockstat.code_check.pushed import G, check_pushed, mass_points
-from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of
+from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of, table_ends
 from blockstat.errors import InputError, check_choice, check_positive, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome
 from blockstat.loads import Loads
@@ -292,7 +293,8 @@ def nonlinear_check(
     share, per_control, told = oscillator(sums, bodies, macro_blocks, mixed=mixed)
     displacement = per_control * curve.displacement
     acceleration = curve.lower * G / (share * confidence)
-    ultimate, warnings = float(displacement[-1]), [*told, *idle, *back]
+    high = high_up(curve.limit, bodies) if floor is None else ()
+    ultimate, warnings = float(displacement[-1]), [*curve.warnings, *told, *high, *idle, *back]
     if curve.outcome is CapacityOutcome.COLLAPSE and not back:
         warnings.append("the curve ends before the multiplier is zero; d0 is its end")
     if len(asked) > 1 and not isinstance(site, Mapping):
@@ -313,6 +315,8 @@ def nonlinear_check(
         held = borne(there, bounded)
         period = factor * np.pi * float(np.sqrt(there / held))
         states.append(_displaced(name, there, held, period, damping, ground[name], floor, asked.get(name)))
+    for state in states:
+        warnings += table_ends(ground[state.name], state.period if floor is None else max(state.period, floor.period))
     if idle:
         states = [replace(state, satisfied=None if state.satisfied else state.satisfied) for state in states]
     return NonlinearCheck(
@@ -327,7 +331,7 @@ def nonlinear_check(
         states=tuple(states),
         bodies=tuple(tuple(int(block) for block in body) for body in bodies),
         rocking=_rocking(curve, bodies, masses),
-        warnings=tuple(warnings),
+        warnings=tuple(dict.fromkeys(warnings)),
     )
 
 

@@ -44,8 +44,7 @@ class Site:
     @property
     def words(self) -> str:
         """The site in words."""
-        slope = "" if self.topography == 1 else f", S_T {self.topography:g}"
-        return f"soil {self.soil}, F0 {self.f0:g}, TC* {self.tc_star:g} s{slope}"
+        return f"soil {self.soil}, S_T {self.topography:g}, F0 {self.f0:g}, TC* {self.tc_star:g} s"
 
     def amplification(self, ag: float) -> float:
         """Return S = S_S S_T.
@@ -134,7 +133,7 @@ class SpectrumTable:
             Value at T = 0, in units of g.
         period : float
             T [s]; beyond the last period the velocity is that of the last, as between T_C and T_D of the code. Beyond
-            T_D that asks for too much.
+            T_D that asks for too much; of a table that ends before T_C for too little.
         damping : float, optional
             xi [per cent].
 
@@ -154,6 +153,29 @@ class SpectrumTable:
 
 #: What gives `spectrum(ag, period, damping=)`.
 Spectrum = Site | SpectrumTable
+
+
+def table_ends(ground: Spectrum, period: float) -> tuple[str, ...]:
+    """Return what to say of a period beyond a table that ends on its plateau.
+
+    Parameters
+    ----------
+    ground : Site or SpectrumTable
+        The spectrum.
+    period : float
+        T at which it is taken [s].
+
+    Returns
+    -------
+    tuple of str
+        A warning that too little may be asked for, or none.
+    """
+    if isinstance(ground, Site) or period <= ground.periods[-1] or ground.values[-1] < max(ground.values):
+        return ()
+    return (
+        f"the spectrum ends at {ground.periods[-1]:g} s with its greatest value and is taken beyond, where it may ask "
+        f"for less than is due; give it beyond its plateau",
+    )
 
 
 def spectrum_of(site: Any, what: str = "site") -> Spectrum:

@@ -90,7 +90,8 @@ class Assessment:
         """The warnings of all parts, each once."""
         parts = (self.associated, self.coulomb, self.directions, self.dynamic)
         own = [text for part in parts for text in getattr(part, "warnings", ())]
-        own += [f"code check towards {name}: {text}" for name, check in self.verified for text in check.warnings]
+        every = [(name, text) for name, check in self.verified for text in check.warnings]
+        own += [f"code check towards {name}: {text}" for name, text in every if text not in own]
         return tuple(dict.fromkeys(own))
 
     @property

@@ -224,7 +224,7 @@ def shake(
 def limit(
     file: FileArgument,
     direction: Annotated[
-        str | None, typer.Option("--load", metavar="X,Y,Z", help="Direction of an acceleration.")
+        str | None, typer.Option("--load", metavar="X,Y,Z", help="Direction of a push on all masses.")
     ] = None,
     case: Case = None,
     loads_file: LoadsFile = None,

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from blockstat.cli.cases import Case, LoadsFile
-from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc
+from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc, Topography
 from blockstat.cli.options import FileArgument, Friction, Gap, Gravity, Supports, Tilt, Units, Up, gap_of, load
 from blockstat.cli.studies import Page, asked_code, write_report
 from dynsim.cli.criteria import Preset
@@ -30,6 +30,7 @@ def report(
     loads: LoadsFile = None,
     ag: Ag = None,
     soil: Soil = None,
+    topography: Topography = None,
     f0: F0 = None,
     tc: Tc = None,
     confidence: Confidence = None,
@@ -40,7 +41,7 @@ def report(
     from dynsim.settings import Settings
 
     near = gap_of(gap)
-    code = asked_code(ag, soil, f0, tc, confidence, behaviour)
+    code = asked_code(ag, soil, topography, f0, tc, confidence, behaviour)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     simulated = partial(verify, settings=Settings.named(preset), gap=near)
     acting = {"case": case, "loads": loads, "tilt": tilt}
