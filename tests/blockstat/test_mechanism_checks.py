@@ -60,9 +60,9 @@ TOP = (0.25, 1.5, 4.0)
         ({"confidence": 0.99}, "confidence is 0.99; it must be at least 1"),
         ({"confidence": nan}, "confidence is nan; it must be at least 1"),
         ({"confidence": inf}, "confidence is inf; it must be at least 1"),
-        ({"behaviour": 0.5}, "behaviour is 0.5; it must be at least 1"),
-        ({"behaviour": inf}, "behaviour is inf; it must be at least 1"),
-        ({"macro_blocks": 0}, "macro_blocks is 0; it must be at least 1"),
+        ({"behaviour": 0.5}, "behaviour is 0.5; it must be from 1 to 5"),
+        ({"behaviour": inf}, "behaviour is inf; it must be from 1 to 5"),
+        ({"macro_blocks": 0}, "macro_blocks is 0; it must be a whole number of at least 1"),
         ({"masses": [("wall", TOP, 0.0)]}, "masses: the weight on 'wall' is 0.0; it must be above 0"),
         ({"masses": [("wall", TOP, -5.0)]}, "masses: the weight on 'wall' is -5.0; it must be above 0"),
         ({"masses": [("wall", TOP, inf)]}, "masses: the weight on 'wall' is inf; it must be above 0"),
@@ -184,10 +184,16 @@ BAD = [0.0, -1.0, nan, inf]
 
 
 @pytest.mark.parametrize("value", BAD)
-@pytest.mark.parametrize("name", ["f0", "tc_star", "topography"])
-def test_the_numbers_of_a_site_are_positive(name, value):
-    with pytest.raises(InputError, match=re.escape(f"site: {name} is {value!r}; it must be above 0")):
+@pytest.mark.parametrize(("name", "allowed"), [("f0", "1 to 10"), ("tc_star", "0.01 to 5"), ("topography", "1 to 3")])
+def test_the_numbers_of_a_site_are_those_of_a_site(name, allowed, value):
+    with pytest.raises(InputError, match=re.escape(f"site: {name} is {value!r}; it must be from {allowed}")):
         Site(**{name: value})
+
+
+@pytest.mark.parametrize("swapped", [{"f0": 0.3, "tc_star": 2.5}, {"tc_star": 300.0}, {"topography": 0.9}])
+def test_numbers_of_a_site_that_ask_for_too_little_are_refused(swapped):
+    with pytest.raises(InputError, match="it must be from"):
+        Site(**swapped)
 
 
 @pytest.mark.parametrize("value", BAD)
@@ -515,7 +521,7 @@ def test_a_check_takes_the_permanent_loads_of_a_case_as_the_limit_does():
 def test_numbers_of_a_check_are_numbers():
     with pytest.raises(InputError, match="confidence is 'x'; it must be at least 1"):
         linear_check(limit_load(wall(), SIDE), SIDE, confidence="x")
-    with pytest.raises(InputError, match="site: f0 is 'a'; it must be above 0"):
+    with pytest.raises(InputError, match="site: f0 is 'a'; it must be from 1 to 10"):
         Site(f0="a")
 
 
@@ -717,3 +723,78 @@ def test_a_table_that_ends_on_its_plateau_is_told_where_it_is_taken_beyond():
     assert linear_check(limit(), SIDE, site=short).warnings == ()
     high = Floor(period=0.3, own_period=0.1, gamma=1.2)
     assert linear_check(limit(), SIDE, site=short, floor=high).warnings[0].endswith("give it beyond its plateau")
+
+
+def test_damping_leaves_no_less_of_a_table_than_its_factor():
+    """Off a value below the peak at 1 s the part in proportion to T would be more than the value itself."""
+    late = SpectrumTable((0.0, 0.5, 1.0), (0.1, 0.05, 1.0))
+    eta = sqrt(10 / (5 + 10))
+    assert late.spectrum(0.1, 0.5, damping=10.0) == pytest.approx(eta * 0.05)
+    site, ag, tb = Site("A"), 0.1, 0.1  # T_B = T_C / 3
+    table = SpectrumTable((0.0, tb, 0.3, 1.0), tuple(site.spectrum(ag, t) for t in (0.0, tb, 0.3, 1.0)))
+    assert table.spectrum(ag, 0.05, damping=10.0) == pytest.approx(site.spectrum(ag, 0.05, damping=10.0))
+
+
+@cache
+def pinnacle(mass):
+    """A pinnacle .2 m wide and 1 m high on a tower of a given mass, with a cross of 700 N on its tip."""
+    side = (mass / 1800.0) ** (1 / 3)
+    blocks = [
+        box((-1, -1, -1), (side + 1, side + 1, 0), name="ground"),
+        box((0, 0, 0), (side, side, side), name="tower"),
+        box((0, 0, side), (0.2, 0.2, side + 1), name="pinnacle"),
+    ]
+    scene = Assembly.from_blocks(blocks, supports=["ground"], density=1800.0)
+    return scene, (0.1, 0.1, side + 1)
+
+
+@pytest.mark.parametrize("mass", [1e4, 1e7, 1e8])
+def test_a_load_without_mass_is_told_however_heavy_the_building_is(mass):
+    """alpha0 with the inertia of the cross is (W + F) .1 / (.5 W + F), W = 706 N; without it twice that and more."""
+    scene, tip = pinnacle(mass)
+    weight, cross = scene.mass[2] * 9.81, 700.0
+    dead = point_load(scene, "pinnacle", tip, (0, 0, -cross))
+    idle = linear_check(limit_load(scene, SIDE, loads=dead), SIDE, loads=dead, demand=0.25)
+    assert idle.outcome.word == "not_verified"
+    assert any("permanent loads of 700 N press down and have no mass" in text for text in idle.warnings)
+    live = acceleration(scene, SIDE) + point_load(scene, "pinnacle", tip, (cross, 0, 0))
+    whole = linear_check(
+        limit_load(scene, live, loads=dead), SIDE, loads=dead, masses=[("pinnacle", tip, cross)], demand=0.25
+    )
+    assert whole.alpha0 == pytest.approx(0.1 * (weight + cross) / (0.5 * weight + cross), rel=2e-4)
+    assert whole.outcome.word == "not_satisfied"
+    held = point_load(scene, "pinnacle", tip, (-60.0, 0, 0))
+    with pytest.raises(InputError, match='another load acts on "pinnacle"'):
+        linear_check(limit_load(scene, SIDE, loads=held), SIDE)
+
+
+def test_a_block_that_slides_has_no_displacement_that_is_verified():
+    """.5 m thick and .8 m high at a friction of .5 it slides, as far as the ground is drawn."""
+    blocks = [box((-1, -1, -1), (4, 2, 0), name="ground"), box((0, 0, 0), (0.5, 1, 0.8), name="parapet")]
+    scene = Assembly.from_blocks(blocks, supports=["ground"], friction=0.5)
+    sliding = capacity(scene, SIDE, control="parapet", steps=10)
+    found = nonlinear_check(sliding, SIDE, demand={"SLD": 0.1, "SLV": 0.3})
+    assert [state.satisfied for state in found.states] == [True, None, None]
+    assert found.outcome.word == "not_verified"
+    assert any("the mechanism slides" in text for text in found.warnings)
+
+
+def test_a_curve_that_rises_again_is_taken_at_its_least_multiplier_before():
+    """From .125 at rest the multiplier falls to zero at .5 m along a line, with a dip to .04 at a fourth of the way."""
+    whole = curve()
+    k = int(np.argmin(np.abs(whole.displacement - 0.25 * whole.displacement[-1])))
+    points = list(whole.points)
+    points[k] = replace(points[k], lower=0.04)
+    dipped = nonlinear_check(replace(whole, points=tuple(points)), SIDE)
+    share = 9.81 / 1.35  # of one body, e* = 1
+    assert dipped.state("SLC").acceleration == pytest.approx(0.04 * share, rel=1e-6)
+    assert dipped.state("SLC").ag < nonlinear_check(whole, SIDE).state("SLC").ag
+
+
+def test_loads_taken_at_centroids_leave_a_displacement_unverified():
+    """A roof on the axis of a wall moves further than its centroid: d0 by wrenches is half as large again."""
+    roof = point_load(wall(), "wall", TOP, (0, 0, -80e3))
+    inertia = body_load(wall(), (wall().free_weight, 0, 0)) + point_load(wall(), "wall", TOP, (80e3, 0, 0))
+    given = {"loads": roof, "masses": [("wall", TOP, 80e3)]}
+    moved = nonlinear_check(capacity(wall(), inertia, loads=roof, control="wall"), SIDE, **given, demand={"SLV": 0.01})
+    assert moved.outcome.word == "not_verified"

@@ -313,8 +313,8 @@ def tilt_command(
 ) -> None:
     """Find the angle by which the ground may tilt about an axis before the assembly falls.
 
-    Gravity turns right-handed: about x it pushes towards +y, about y towards -x. Only this sense is tried; --axis=-1,0,0
-    turns it the other way. The loads of a case stay as they are while gravity rotates.
+    Gravity turns right-handed: about x it pushes towards +y, about y towards -x. Only this sense is tried;
+    --axis=-1,0,0 turns it the other way. The loads of a case stay as they are while gravity rotates.
     """
     from math import isnan
 

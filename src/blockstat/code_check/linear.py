@@ -23,7 +23,7 @@ from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
 from blockstat.code_check.macro_blocks import a_part_moves_alone
 from blockstat.code_check.pushed import G, check_pushed, mass_points
 from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of, table_ends
-from blockstat.errors import InputError, check_count, check_positive, check_vector, known_options
+from blockstat.errors import InputError, check_count, check_number, check_positive, check_vector, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.loads import Loads
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 TOGETHER = 1e-5
 #: Bodies of a mechanism drawn by hand, at most: a plane chain between two supports moves with four hinges.
 MACRO_BLOCKS = 3
+#: No masonry has a larger behaviour factor (NTC 2018, 7.3.II).
+MOST_BEHAVIOUR = 5.0
 LEVEL = 1e-3  #: a direction counts as horizontal whose sine with the horizon is at most this
 GREATEST = 10.0  #: no ground acceleration comes near it, in units of g
 #: Ground accelerations at which a demand is looked at, in units of g: each 1.6 % above the one before. Where that of a
@@ -157,7 +159,7 @@ def linear_check(
     confidence : float, optional
         FC; 1.35 where the crushing of stone is left out.
     behaviour : float, optional
-        q; 2 where only alpha0 is known.
+        q, from 1 to 5; 2 where only alpha0 is known.
     masses : sequence of (block, point, weight), optional
         Weights [N] with mass besides the blocks' own, such as floors and roofs: the block that they move with and where
         they are [m].
@@ -214,8 +216,8 @@ def linear_check(
     if limit.outcome is not LoadOutcome.LIMIT:
         raise InputError(f"no mechanism to verify: {limit.outcome.value}")
     check_level(limit.assembly, direction)
-    for name, value in (("confidence", confidence), ("behaviour", behaviour), ("macro_blocks", macro_blocks)):
-        check_positive(name, value, least=1)
+    check_factors(confidence, macro_blocks)
+    check_number("behaviour", behaviour, least=1, most=MOST_BEHAVIOUR)
     if demand is not None:
         check_demand("demand", demand)
     ground = spectrum_of(site)
@@ -256,6 +258,25 @@ def linear_check(
         ground=ground.words,
         warnings=tuple(dict.fromkeys([*limit.warnings, *warnings, *high, *idle])),
     )
+
+
+def check_factors(confidence: float, macro_blocks: int) -> None:
+    """Check what both verifications take.
+
+    Parameters
+    ----------
+    confidence : float
+        FC.
+    macro_blocks : int
+        Bodies up to which e* is that of the bodies apart.
+
+    Raises
+    ------
+    InputError
+        For a factor below 1, or a number of bodies that is not whole.
+    """
+    check_positive("confidence", confidence, least=1)
+    check_count("macro_blocks", macro_blocks)
 
 
 def answer(borne: Sequence[bool | None]) -> CheckOutcome:

@@ -40,7 +40,7 @@ def a_part_moves_alone(limit: LimitLoad, bodies: Sequence[Ints], push: Floats) -
     The mechanism of a part has the motions of its bodies and none of the others. It is one where the independent check
     proves that with it the structure falls under a multiplier larger by `LARGER`.
     """
-    acting = acting_beside_weight(limit) + ((1.0 + LARGER) * limit.upper - limit.lower) * push
+    acting = acting_beside_weight(limit)[0] + ((1.0 + LARGER) * limit.upper - limit.lower) * push
     acting[limit.assembly.support] = 0.0
     problem = pose(limit.assembly, friction=None, gravity=None, loads=acting, gap=0.0, interfaces=limit.interfaces)
     program = problem.program

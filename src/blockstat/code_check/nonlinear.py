@@ -27,6 +27,7 @@ from blockstat.code_check.linear import (
     asked_for,
     bearable,
     check_demand,
+    check_factors,
     check_level,
     count,
     high_up,
@@ -38,8 +39,9 @@ from blockstat.code_check.linear import (
 from blockstat.code_check.macro_blocks import a_part_moves_alone
 from blockstat.code_check.pushed import G, check_pushed, mass_points
 from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of, table_ends
-from blockstat.errors import InputError, check_choice, check_positive, known_options
+from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome
+from blockstat.large_displacement.displaced.loads import moved_with_centroids
 from blockstat.loads import Loads
 from blockstat.result import Result
 from blockstat.typing import Floats, Ints
@@ -49,6 +51,9 @@ STATES = {"SLV": (0.4, 1.68, 8.0), "SLC": (0.6, 1.56, 10.0)}
 #: The control goes back where it does so by more than this part of its largest displacement: more than the error of
 #: a pose.
 BACK = 1e-3
+#: A block that turns has lost .4 of its multiplier at d_SLV = .4 d0, one that slides none. Chosen between: a mechanism
+#: that keeps more than this slides.
+FALLEN = 0.9
 #: A drop that leaves less than this part of the multiplier ends life safety. It is between two points of a curve that
 #: are no further apart than `AT_ONCE`, relative to its largest displacement: a step of a curve as it is by default.
 REMAINS, AT_ONCE = 0.5, 1.0 / 30.0
@@ -255,8 +260,10 @@ def nonlinear_check(
     -----
     d0 is where the curve is zero, or where it ends before that because no admissible state follows or, on the safe
     side, where the control begins to go back. A drop of the curve that leaves less than half of the multiplier bounds
-    d_SLV, where the multiplier is then the one after it. The method is calibrated for mechanisms whose points move
-    parallel to one plane.
+    d_SLV, where the multiplier is then the one after it. Where the curve rises again its least multiplier before
+    counts, on the safe side. Demands on the displacement are not verified where the multiplier hardly falls, as when a
+    block slides, or where the curve took loads to act at the centroids of their blocks. The method is calibrated for
+    mechanisms whose points move parallel to one plane.
 
     Examples
     --------
@@ -270,15 +277,10 @@ def nonlinear_check(
     ['0.077160', '0.162041', '0.237594']
     """
     check_choice("shape", shape, ("curve", "line"))
-    check_positive("confidence", confidence, least=1)
+    check_factors(confidence, macro_blocks)
     if curve.outcome not in (CapacityOutcome.ZERO, CapacityOutcome.COLLAPSE):
         raise InputError(f"the capacity curve does not tell where the multiplier is zero. {curve.outcome.value}")
-    if demand is not None and not isinstance(demand, Mapping):
-        raise InputError(f'demand is {demand!r}; give it by limit state, such as {{"SLV": 0.15}}')
-    asked = dict(demand or {})
-    for name, value in asked.items():
-        check_choice("demand", name, ("SLD", *STATES))
-        check_demand(f"demand of {name}", value)
+    asked = _demands(demand)
     check_level(curve.assembly, direction)
     ground = _spectra(site)
     check_floor(floor)
@@ -292,7 +294,8 @@ def nonlinear_check(
     mixed = 1 < len(bodies) <= macro_blocks and a_part_moves_alone(curve.limit, bodies, push)
     share, per_control, told = oscillator(sums, bodies, macro_blocks, mixed=mixed)
     displacement = per_control * curve.displacement
-    acceleration = curve.lower * G / (share * confidence)
+    per_multiplier = G / (share * confidence)
+    acceleration = curve.lower * per_multiplier
     high = high_up(curve.limit, bodies) if floor is None else ()
     ultimate, warnings = float(displacement[-1]), [*curve.warnings, *told, *high, *idle, *back]
     if curve.outcome is CapacityOutcome.COLLAPSE and not back:
@@ -305,8 +308,7 @@ def nonlinear_check(
     def borne(there: float, bounded: bool) -> float:
         if shape == "line":
             return float(acceleration[0]) * (1.0 - there / ultimate)
-        multiplier = after if bounded else float(curve.at(there / per_control)[0])
-        return multiplier * G / (share * confidence)
+        return per_multiplier * (after if bounded else _least_up_to(curve, there / per_control))
 
     states = [_damage(float(acceleration[0]), ground["SLD"], floor, asked.get("SLD"))]
     for name, (part, factor, damping) in STATES.items():
@@ -317,8 +319,9 @@ def nonlinear_check(
         states.append(_displaced(name, there, held, period, damping, ground[name], floor, asked.get(name)))
     for state in states:
         warnings += table_ends(ground[state.name], state.period if floor is None else max(state.period, floor.period))
-    if idle:
-        states = [replace(state, satisfied=None if state.satisfied else state.satisfied) for state in states]
+    warnings += (slides := _slides(curve))
+    doubted = ["SLD", *STATES] if idle else [*STATES] if slides or _at_centroids(curve) else []
+    states = [replace(one, satisfied=None) if one.satisfied and one.name in doubted else one for one in states]
     return NonlinearCheck(
         alpha0=float(curve.lower[0]),
         participation=share,
@@ -333,6 +336,16 @@ def nonlinear_check(
         rocking=_rocking(curve, bodies, masses),
         warnings=tuple(dict.fromkeys(warnings)),
     )
+
+
+def _demands(demand: Mapping[str, float] | None) -> dict[str, float]:
+    """The ground acceleration asked for by limit state."""
+    if demand is not None and not isinstance(demand, Mapping):
+        raise InputError(f'demand is {demand!r}; give it by limit state, such as {{"SLV": 0.15}}')
+    for name, value in (asked := dict(demand or {})).items():
+        check_choice("demand", name, ("SLD", *STATES))
+        check_demand(f"demand of {name}", value)
+    return asked
 
 
 def _spectra(site: Spectrum | Mapping[str, Spectrum] | None) -> Mapping[str, Spectrum]:
@@ -357,6 +370,30 @@ def _forward(curve: CapacityCurve) -> tuple[CapacityCurve, list[str]]:
     kept = int(np.argmax(there[: back[0]])) + 1
     told = f"the {curve.control} goes back from {there[kept - 1]:.4g} m on, which d0 is taken for (on the safe side)"
     return replace(curve, points=curve.points[:kept]), [f'{told}; a curve with control="mean" may go further']
+
+
+def _least_up_to(curve: CapacityCurve, there: float) -> float:
+    """The least multiplier up to a displacement: a curve may rise again, where it falls and joints close."""
+    before = curve.lower[curve.displacement <= there]
+    return min(float(before.min()), float(curve.at(there)[0]))
+
+
+def _slides(curve: CapacityCurve) -> tuple[str, ...]:
+    """What to say where the multiplier has not fallen on the way to d_SLV."""
+    share = STATES["SLV"][0]
+    if _least_up_to(curve, share * curve.displacement[-1]) <= FALLEN * curve.lower[0]:
+        return ()
+    return (
+        "the multiplier has hardly fallen at d_SLV: the mechanism slides, and where it ends depends on what it slides "
+        "on; no demand on its displacement is verified",
+    )
+
+
+def _at_centroids(curve: CapacityCurve) -> bool:
+    """Whether loads of the curve were taken to act at centroids, of which it warns."""
+    wrenches = np.ones((curve.assembly.n_blocks, 6))
+    told = moved_with_centroids(curve.assembly, {"load": wrenches, "loads": wrenches})
+    return not set(told).isdisjoint(curve.warnings)
 
 
 def _drop(curve: CapacityCurve) -> tuple[float, float]:

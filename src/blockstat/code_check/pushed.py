@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 G = 9.81  #: [m/s2]
-#: Forces of a limit balance its loads to this part of the largest force on a block.
-BALANCE = 1e-5
+#: Forces of a limit balance its loads to this part of the load of each block, the certificate of its lower bound to
+#: much less; and to this part of what a block passes on, which is rounding.
+BALANCE, ROUNDING = 1e-5, 1e-12
 
 
 def check_pushed(
@@ -68,19 +69,24 @@ def check_pushed(
         force = weight / G * np.linalg.norm(assembly.gravity) * unit
         push[block, :3] += force
         push[block, 3:] += np.cross(place - assembly.centroid[block], force)
-    beside = acting_beside_weight(limit) - limit.lower * push
+    beside, passed = acting_beside_weight(limit)
+    beside = beside - limit.lower * push
     free, acting = assembly.free, beside
     if loads is not None:
         beside = beside - checked_loads(assembly, loads)
     weights = assembly.mass * np.linalg.norm(assembly.gravity)
-    close = BALANCE * max(float(weights[free].max()), float(np.abs(limit.lower * push[free, :3]).max()))
+    force, moment = (np.linalg.norm(part, axis=1) for part in (beside[:, :3], beside[:, 3:]))
+    own = weights + np.linalg.norm(limit.lower * push[:, :3], axis=1) + force
+    close = BALANCE * own + ROUNDING * passed
     far = np.linalg.norm(assembly.vertices - assembly.centroid[assembly.vertex_block], axis=1)
     reach = np.maximum.reduceat(far, assembly.vertex_start[:-1])
-    force, moment = (np.linalg.norm(part, axis=1) for part in (beside[:, :3], beside[:, 3:]))
+    # Arms of forces are known as well as coordinates are.
+    blur = ROUNDING * float(np.abs(assembly.vertices).max()) * passed
     if loads is None:
-        wrong = (beside[:, :3] @ unit < -close) | (moment > reach * (force + close))
+        wrong = (beside[:, :3] @ unit < -close) | (moment > reach * (force + close) + blur)
     else:
-        wrong = (force > close) | (moment > reach * close)
+        force, moment = (np.linalg.norm(part, axis=1) for part in (beside[:, :3], beside[:, 3:]))
+        wrong = (force > close) | (moment > reach * close + blur)
     if wrong[free].any():
         name = assembly.names[int(free[np.argmax(wrong[free])])]
         told = (
@@ -95,7 +101,7 @@ def check_pushed(
     return push, _idle(assembly, acting, carried, close)
 
 
-def _idle(assembly: Assembly, acting: Floats, carried: Floats, close: float) -> tuple[str, ...]:
+def _idle(assembly: Assembly, acting: Floats, carried: Floats, close: Floats) -> tuple[str, ...]:
     """What to say of permanent loads that press down without a mass.
 
     Parameters
@@ -107,21 +113,20 @@ def _idle(assembly: Assembly, acting: Floats, carried: Floats, close: float) -> 
     carried
         The weights that have a mass besides the blocks' own, shape (n_blocks,) [N].
     close
-        A force that is none [N].
+        Forces that are none, shape (n_blocks,) [N].
     """
     free = assembly.free
     down = acting[free, :3] @ assembly.gravity / np.linalg.norm(assembly.gravity)
-    weights = assembly.mass[free] * np.linalg.norm(assembly.gravity)
     # Loads of one block are known as their sum alone, but what lifts one does not take the mass of others away.
     pressing = down - carried[free]
-    idle = float(pressing[pressing > close].sum())
-    if idle > BALANCE * float(weights.sum()):
+    idle = float(pressing[pressing > close[free]].sum())
+    if idle > 0:
         return (
             f"permanent loads of {idle:.6g} N press down and have no mass, so alpha0 is too high; what of them is "
             f"weight must be accelerated, too: as blocks, or in Python as masses of the check and in the load of the "
             f"limit",
         )
-    if (down >= -close).all():
+    if (down >= -close[free]).all():
         return ()
     name = assembly.names[int(free[np.argmin(down)])]
     return (
@@ -130,8 +135,8 @@ def _idle(assembly: Assembly, acting: Floats, carried: Floats, close: float) -> 
     )
 
 
-def acting_beside_weight(limit: LimitLoad) -> Floats:
-    """Return the wrenches that the forces of a limit balance beside the weight.
+def acting_beside_weight(limit: LimitLoad) -> tuple[Floats, Floats]:
+    """Return the wrenches that the forces of a limit balance beside the weight, and what each block passes on.
 
     Parameters
     ----------
@@ -140,17 +145,20 @@ def acting_beside_weight(limit: LimitLoad) -> Floats:
 
     Returns
     -------
-    array, shape (n_blocks, 6)
+    acting : array, shape (n_blocks, 6)
         About the centroids [N, N m]; what a support carries counts as well.
+    passed : array, shape (n_blocks,)
+        The sum of the magnitudes of all forces on a block [N].
     """
     assembly, joints = limit.assembly, limit.interfaces
-    held = np.zeros((assembly.n_blocks, 6))
+    held, passed = np.zeros((assembly.n_blocks, 6)), np.zeros(assembly.n_blocks)
 
     def add(pair: Ints, point: Floats, force: Floats, couple: Floats | float = 0.0) -> None:
         for side, sign in ((0, -1.0), (1, 1.0)):
             block = pair[:, side]
             moment = np.cross(point - assembly.centroid[block], force) + couple
             np.add.at(held, block, sign * np.hstack([force, moment]))
+            np.add.at(passed, block, np.linalg.norm(force, axis=1))
 
     own = joints.point_interface
     add(joints.pair[own], joints.point, np.einsum("ni,nij->nj", limit.forces, joints.frame[own]))
@@ -158,9 +166,11 @@ def acting_beside_weight(limit: LimitLoad) -> Floats:
         rows = limit.bonds.interface
         add(joints.pair[rows], centres(joints, rows), limit.bonds.force, limit.bonds.moment)
     if limit.ties is not None and len(limit.ties):
-        held += tie_wrenches(assembly, assembly.ties, limit.ties)
+        tied = tie_wrenches(assembly, assembly.ties, limit.ties)
+        held += tied
+        passed += np.linalg.norm(tied[:, :3], axis=1)
     held[:, :3] += assembly.mass[:, None] * assembly.gravity
-    return -held
+    return -held, passed
 
 
 def mass_points(

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.errors import InputError, check_choice, check_positive
+from blockstat.errors import InputError, check_choice, check_number, check_positive
 from blockstat.loads import numbers
 
 #: Table 3.2.IV: least S_S, a and b of `S_S = a - b F0 ag/g`, greatest S_S; and p, q of `C_C = p TC*^q`.
@@ -38,8 +38,9 @@ class Site:
 
     def __post_init__(self) -> None:
         check_choice("soil", self.soil, SOILS)
-        for name in ("f0", "tc_star", "topography"):
-            check_positive(f"site: {name}", getattr(self, name))
+        # F0 below 1 and S_T below 1 would ask for less than the ground does; TC* is in seconds.
+        for name, least, most in (("f0", 1.0, 10.0), ("tc_star", 0.01, 5.0), ("topography", 1.0, 3.0)):
+            check_number(f"site: {name}", getattr(self, name), least=least, most=most)
 
     @property
     def words(self) -> str:
@@ -125,7 +126,8 @@ class SpectrumTable:
     def spectrum(self, ag: float, period: float, *, damping: float = 5.0) -> float:
         """Return the spectral acceleration S_e(T) in units of g, with all values scaled to a peak ground acceleration.
 
-        Up to the period T_B of the greatest value, damping takes from it in proportion to T, as in NTC 2018, 3.2.2.
+        Up to the period T_B of the greatest value, damping takes from it in proportion to T, as in NTC 2018, 3.2.2, and
+        nowhere leaves less than the factor eta does.
 
         Parameters
         ----------
@@ -145,7 +147,8 @@ class SpectrumTable:
         last, eta, first = self.periods[-1], damping_factor(damping), int(np.argmax(self.values))
         value = float(np.interp(period, self.periods, self.values)) * last / max(period, last)
         if period < self.periods[first]:
-            value -= (1.0 - eta) * self.values[first] * period / self.periods[first]
+            less = value - (1.0 - eta) * self.values[first] * period / self.periods[first]
+            value = max(less, eta * value)
         elif period:
             value *= eta
         return ag / self.values[0] * value
