@@ -26,7 +26,7 @@ from blockstat.loading.on_faces import facing
 from blockstat.loads import numbers
 from blockstat.result import Result, Sentence, finite
 from blockstat.traffic.place_brackets import FINER, PlaceBrackets
-from blockstat.traffic.places import checked_train, places_of, road_along, train_loads
+from blockstat.traffic.places import checked_train, places_of, road_along, train_loads, with_other_lane
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -48,7 +48,9 @@ class MovingLoad(Result):
     """Brackets on the multiplier of a train at each place of a path."""
 
     outcome: MovingOutcome
-    place: Floats  #: of the first axle along the path, ascending, shape (n,) [m]
+    #: of the first axle along the path, ascending, shape (n,) [m]; twice where the path runs along a joint and the
+    #: axles stand on the blocks to its left, and to its right
+    place: Floats
     #: -1 or 1: an axle that stands on a joint loads the block before or the one after, and beyond an end of the path
     #: nothing; 1 where no axle stands on one, shape (n,)
     side: Ints
@@ -190,12 +192,16 @@ def moving_load(
     shared, told = shared_joints(assembly, gap, interfaces)
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap}
     problem, inside = standing(assembly, solver=solver, interfaces=shared, **options)
-    problem = replace(problem, warnings=(*told, *problem.warnings))
+    some = "only the places listed were looked at; between them the train may be carried less"
+    left_out = (some,) if spread is not None or not joints else ()
+    problem = replace(problem, warnings=(*told, *problem.warnings, *left_out))
     faces = facing(problem.assembly, selected(assembly, None, group), up_of(problem.assembly), shared)
     road = road_along(problem.assembly, path, faces, spread=spread)
     place, side, joint = places_of(road, train, positions, joints, spread=spread)
     which = np.where(joint, side, 0)
     wrenches = train_loads(road, train, place, which, spread=spread, footprint=footprint)
+    if spread is None:
+        place, side, wrenches = with_other_lane(road, train, place, side, joint, wrenches)
     given: dict[str, Any] = {"loads": loads, "gap": gap, "interfaces": shared}
     judge = partial(limit_load, problem.assembly, **given, solver=solver, tolerance=FINER * tolerance)
     stand = partial(standing, problem.assembly, **options | {"friction": None, "gravity": None}, solver=solver)

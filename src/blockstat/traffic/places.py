@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 #: Stretches of a path shorter than this, relative to the size of a block, are rounding.
 SHORT = 1e-6
+#: Faces to the left and to the right of a path along a joint are told apart within this distance, relative to the size
+#: of a block.
+BESIDE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +34,9 @@ class Road:
     faces: tuple[Face, ...]
     start: Floats  #: stretches of the path, ascending, shape (k,) [m]
     end: Floats  #: shape (k,) [m]
-    face: Ints  #: the highest face below each stretch, shape (k,)
+    #: the highest face below each stretch, shape (k, 2): two that are as high to the left and to the right of a path
+    #: along a joint, else twice the same
+    face: Ints
 
     @property
     def room(self) -> float:
@@ -53,7 +58,7 @@ class Road:
         """
         return np.array([np.interp(along, self.length, self.corners[:, k]) for k in range(3)])
 
-    def wheel(self, along: float, side: int) -> Floats:
+    def wheel(self, along: float, side: int, lane: int = 0) -> Floats:
         """Return the wrenches of a unit force downwards at a length along the path.
 
         Parameters
@@ -63,6 +68,8 @@ class Road:
         side
             Where a stretch begins or ends: -1 for what lies before, 1 for what lies after, which beyond an end of the
             path and in a gap is nothing; 0 for the stretch after, or the one before where nothing follows.
+        lane
+            Where the path runs along a joint: 0 for the face to the left of it, 1 for that to the right.
 
         Returns
         -------
@@ -79,7 +86,7 @@ class Road:
         if not on.any():
             return load
         stretches = np.flatnonzero(on)
-        face = self.faces[self.face[stretches[0] if side < 0 else stretches[-1]]]
+        face = self.faces[self.face[stretches[0] if side < 0 else stretches[-1], lane]]
         up, point = up_of(self.assembly), self.point(along)
         foot = point - up * float(face.height(point)) / float(face.normal @ up)
         load[face.block] = np.concatenate([-up, np.cross(foot - self.assembly.centroid[face.block], -up)])
@@ -133,11 +140,25 @@ def road_along(
         middle = np.array([np.interp((a + b) / 2, length, corners[:, k]) for k in range(3)])
         under = below(faces, middle, up)
         if under:
-            stretches.append((a, b, numbers[id(max(under, key=lambda pair: pair[1])[0])]))
+            top = max(height for _, height in under)
+            highest = [face for face, height in under if height >= top - room]
+            k = int(np.searchsorted(length, (a + b) / 2)) - 1
+            across = np.cross(up, corners[k + 1] - corners[k])
+            highest.sort(key=lambda face: _offset(face, middle, up, across, BESIDE / SHORT * room), reverse=True)
+            stretches.append((a, b, (numbers[id(highest[0])], numbers[id(highest[-1])])))
     if not stretches:
         raise InputError("path: no free face of these blocks lies below it")
     start, end, face = (np.array(column) for column in zip(*stretches, strict=True))
     return Road(assembly, corners, length, tuple(faces), start, end, face)
+
+
+def _offset(face: Face, place: Floats, up: Floats, across: Floats, radius: float) -> float:
+    """How far to one side of a point what a face has near it lies."""
+    from shapely import Point
+
+    there = face.flat(place - up * float(face.height(place)) / float(face.normal @ up))
+    near = face.region.intersection(Point(there).buffer(radius)).centroid
+    return float((np.array([near.x, near.y]) - there) @ face.frame[1:] @ across) if not near.is_empty else 0.0
 
 
 def _crossings(face: Face, one: Floats, two: Floats, up: Floats) -> list[float]:
@@ -162,6 +183,7 @@ def train_loads(
     *,
     spread: float | None,
     footprint: Sequence[float],
+    lane: int = 0,
 ) -> Floats:
     """Return the loads of a train at some places.
 
@@ -177,6 +199,8 @@ def train_loads(
         Where an axle stands on a joint or an end of the path, -1 or 1 as in `Road.wheel`, or 0, shape (n,).
     spread, footprint
         As in `blockstat.dispersed_load`; without a spread the axles stand on the faces.
+    lane
+        As in `Road.wheel`.
 
     Returns
     -------
@@ -190,12 +214,37 @@ def train_loads(
             if not -road.room <= along <= road.length[-1] + road.room:
                 continue
             if spread is None:
-                loads[k] += force * road.wheel(along, int(way))
+                loads[k] += force * road.wheel(along, int(way), lane)
             elif below(road.faces, road.point(along), up_of(road.assembly)):
                 loads[k] += dispersed(road.assembly, road.faces, road.point(along), force, spread, footprint).wrenches(
                     road.assembly
                 )
     return loads
+
+
+def with_other_lane(
+    road: Road, axles: Floats, place: Floats, side: Ints, joint: np.ndarray, wrenches: Floats
+) -> tuple[Floats, Ints, Floats]:
+    """Add places where a path runs along a joint, with the axles on the blocks to its right.
+
+    Parameters
+    ----------
+    road, axles, place, side, joint
+        As `places_of` takes and returns them.
+    wrenches
+        Of the train there, on the blocks to the left, shape (n, n_blocks, 6).
+
+    Returns
+    -------
+    place, side, wrenches
+        With those that differ, in the order of their places.
+    """
+    which = np.where(joint, side, 0)
+    right = train_loads(road, axles, place, which, spread=None, footprint=(0.0, 0.0), lane=1)
+    differs = (right != wrenches).any(axis=(1, 2))
+    place, side = np.append(place, place[differs]), np.append(side, side[differs])
+    order = np.lexsort((side, place))
+    return place[order], side[order], np.concatenate([wrenches, right[differs]])[order]
 
 
 def checked_train(axles: Sequence[Sequence[float]]) -> Floats:
