@@ -80,7 +80,7 @@ def test_the_command_prints_one_row_a_stage(gate):
     rows = json.loads(CliRunner().invoke(app, ["sequence", str(gate), "--stages", "--json"]).stdout)["stages"]
     assert [row["name"] for row in rows][-2:] == ["ring, course 5 of 5", "decentring"]
     assert rows[3]["centring_total"] > 0
-    assert "on a centring that carries at least" in CliRunner().invoke(app, ["sequence", str(gate), "--stages"]).stdout
+    assert "stable on props that need " in CliRunner().invoke(app, ["sequence", str(gate), "--stages"]).stdout
 
 
 def test_stages_are_kept_when_a_scene_is_written(gate):
@@ -166,3 +166,14 @@ def test_a_centring_that_is_not_held_falls_only_where_a_mechanism_proves_it(monk
     found = assess_stages(assembly)
     assert [stage.outcome.word for stage in found.stages] == ["stable", "undecided"]
     assert found.outcome.word == "undecided"
+
+
+def test_stages_that_are_no_list_and_a_centring_under_supports_alone_are_refused(gate):
+    scene = build(load_scene(gate))
+    with pytest.raises(InputError, match='metadata: "stages" is None; it is a list of tables'):
+        stages_of(scene.with_(metadata={"stages": None}))
+    support = [box((-1, -1, -1), (1, 1, 0), name="pier", group="pier"), box((0, 0, 0), (1, 1, 1), name="b", group="b")]
+    tables = [{"name": "all", "place": ["b"], "centring": ["pier"]}]
+    held = Assembly.from_blocks(support, supports=["pier"], metadata={"stages": tables})
+    with pytest.raises(InputError, match='all blocks of "pier" are supports; nothing of it rests on a centring'):
+        stages_of(held)

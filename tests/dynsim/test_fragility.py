@@ -184,3 +184,10 @@ def test_brackets_have_a_dispersion_where_they_share_no_intensity(top, has_fit):
 def test_bounds_without_a_fragility_are_refused(low, high, options, words):
     with pytest.raises(InputError, match=words):
         fit_fragility(low, high, **options)
+
+
+def test_the_probability_at_no_intensity_is_zero_and_below_it_an_error():
+    found = fit_fragility(*brackets(12, seed=1))
+    assert found.probability(0.0) == 0.0
+    with pytest.raises(InputError, match=r"intensity is -1; each must be at least 0"):
+        found.probability(-1)

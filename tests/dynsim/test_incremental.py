@@ -154,6 +154,8 @@ def test_intensity_measures_count_what_is_horizontal():
     assert intensity_of(record, DOWN, "pga") == pytest.approx(2.0 / G)
     assert intensity_of(record, DOWN, "pgv") == pytest.approx(1.0 + 2.0)  # two triangles
     assert intensity_of(record, [-5.0, 0, 0], "pga") == pytest.approx(9.0 / G)  # down is -x
+    back = Record([0.0, 1.0, 2.0, 3.0], [[0, 0, 0], [4.0, 0, 0], [-4.0, 0, 0], [0, 0, 0]])
+    assert intensity_of(back, DOWN, "pgv") == pytest.approx(3.0)  # at 1.5 s, where the acceleration is 0
 
 
 def test_records_of_other_strength_meet_at_the_same_intensity():

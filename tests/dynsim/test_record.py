@@ -1,5 +1,7 @@
 """Ground-motion records as files."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -63,3 +65,28 @@ def test_bad_ways_to_read_a_record(tmp_path):
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match="not a text file"):
         read_record(tmp_path / "binary.csv")
+
+
+@pytest.mark.parametrize("heading", ["t [s], a [m/s2]", "time (s);x (m/s\u00b2)", "time,acceleration", "a [m/s2]"])
+def test_headings_may_name_the_units_that_are_read(tmp_path, heading):
+    found = record(tmp_path, f"{heading}\n0,1\n1,2\n".replace(",", ";" if ";" in heading else ","))
+    assert found.acceleration[:, 0].tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("heading", "says"),
+    [
+        ("t [ms], a [m/s2]", 'line 1: times are in "ms"; they must be in s'),
+        ("t [s], a [g]", 'line 1: accelerations are in "g"; they must be in m/s2, or have a scale'),
+        ("t (s), a (cm/s2)", 'line 1: accelerations are in "cm/s2"; they must be in m/s2, or have a scale'),
+    ],
+)
+def test_headings_with_other_units_are_refused(tmp_path, heading, says):
+    with pytest.raises(InputError, match=re.escape(says)):
+        record(tmp_path, f"{heading}\n0,1\n1,2\n")
+
+
+def test_a_scale_explains_other_units_of_accelerations_alone(tmp_path):
+    assert record(tmp_path, "t [s], a [g]\n0,1\n1,2\n", scale=9.81).acceleration[1, 0] == pytest.approx(19.62)
+    with pytest.raises(InputError, match='times are in "ms"'):
+        record(tmp_path, "t [ms], a [g]\n0,1\n1,2\n", scale=9.81)

@@ -14,6 +14,7 @@ to the face of a block that looks down most (`blockstat.centring`).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -109,7 +110,7 @@ class StagesVerdict(Result):
             words = f"{stage.name}: {stage.blocks} blocks, {stage.outcome.word}"
             if stage.falsework is not None and stage.outcome is Outcome.STABLE:
                 total, peak = 1e-3 * stage.falsework.total, 1e-3 * stage.falsework.peak
-                words += f" on a centring that carries at least {total:.2f} kN, {peak:.2f} kN at one block"
+                words += f" on props that need {total:.2f} kN at least, up to {peak:.2f} kN in one of them"
             elif stage.unpropped:
                 words += f"; no prop of the centring has room under {listed(stage.unpropped, limit)}"
             if stage.moving:
@@ -140,6 +141,8 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
     found: list[Stage] = []
     placed: dict[int, str] = {}
     tables = assembly.metadata.get("stages", ())
+    if not isinstance(tables, Sequence) or isinstance(tables, str):
+        raise InputError(f'metadata: "stages" is {tables!r}; it is a list of tables')
     if wrong := [f"stages.{k}: {text}" for k, table in enumerate(tables) for text in faults(Stage, table)]:
         raise InputError(*wrong)
     for number, table in enumerate(tables):
@@ -150,6 +153,8 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
                 name = assembly.names[block]
                 raise InputError(f'{where}: block "{name}" is put in, but stands since stage "{placed[block]}"')
             placed[block] = stage.name
+        if idle := [group for group in stage.centring if not len(_blocks(assembly, (group,), where))]:
+            raise InputError(f'{where}: all blocks of "{idle[0]}" are supports; nothing of it rests on a centring')
         late = [b for b in _blocks(assembly, stage.centring, where).tolist() if b not in placed]
         if late:
             raise InputError(f'{where}: block "{assembly.names[late[0]]}" is on a centring, but not put in yet')

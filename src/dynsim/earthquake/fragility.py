@@ -61,8 +61,17 @@ class Fragility(Result):
         -------
         array of float
             Of the same shape.
+
+        Raises
+        ------
+        InputError
+            For an intensity below 0.
         """
-        return ndtr(np.log(np.asarray(intensity, dtype=float) / self.median) / self.dispersion)
+        given = np.asarray(intensity, dtype=float)
+        if not (given >= 0).all():
+            raise InputError(f"intensity is {intensity!r}; each must be at least 0")
+        with np.errstate(divide="ignore"):
+            return ndtr(np.log(given / self.median) / self.dispersion)
 
     def band(self, intensity: ArrayLike) -> tuple[Floats, Floats]:
         """Return the confidence interval of the probability of collapse at each intensity by itself.

@@ -65,7 +65,8 @@ def intensity_of(motion: Motion, down: Floats, measure: str) -> float:
         Gravity of the scene: components along it do not count.
     measure : str
         "pga", the largest length of the horizontal acceleration vector [g, 9.81 m/s2]; or "pgv", that of the horizontal
-        velocity vector [m/s], integrated from rest at the points of the record without a correction of its baseline.
+        velocity vector [m/s], integrated from rest without a correction of its baseline. It is taken at the points of
+        the record and where an acceleration changes its sign.
 
     Returns
     -------
@@ -87,7 +88,12 @@ def intensity_of(motion: Motion, down: Floats, measure: str) -> float:
     level = values - np.outer(values @ axis, axis)
     if measure == "pga":
         return float(np.linalg.norm(level, axis=1).max()) / G
-    gained = np.diff(times)[:, None] * (level[1:] + level[:-1]) / 2
+    # The velocity is largest where an acceleration changes its sign, between two points of the record.
+    share = level[:-1] / np.where(level[:-1] == level[1:], np.inf, level[:-1] - level[1:])
+    between = (times[:-1, None] + share * np.diff(times)[:, None])[(share > 0) & (share < 1)]
+    whole = np.union1d(times, between)
+    level = np.stack([np.interp(whole, times, column) for column in level.T], axis=1)
+    gained = np.diff(whole)[:, None] * (level[1:] + level[:-1]) / 2
     return float(np.linalg.norm(np.cumsum(gained, axis=0), axis=1).max())
 
 

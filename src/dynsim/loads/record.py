@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from dynsim.loads.ground import Record
 
 FORM = "a line holds a time [s] and one, two or three accelerations [m/s2], separated by commas, semicolons or blanks"
 
+#: Units that a line of headings may have in brackets.
+SECONDS, METRES = ("s", "sec", "seconds"), ("m/s2", "m/s^2", "m/s\u00b2", "m/s**2", "m s-2", "ms-2")
 #: Along which one column acts unless another direction is given.
 X = (1.0, 0.0, 0.0)
 
@@ -22,7 +25,7 @@ def read_record(path: str | Path, *, direction: Sequence[float] = X, scale: floa
     r"""Read a ground motion from a CSV file.
 
     A line holds a time [s] and one to three accelerations. Lines that start with # and one line of headings are passed
-    over.
+    over; units in its brackets must be s, and m/s2 unless a scale is given.
 
     Parameters
     ----------
@@ -57,7 +60,7 @@ def read_record(path: str | Path, *, direction: Sequence[float] = X, scale: floa
     check_number("record: scale", scale)
     if scale == 0:
         raise InputError("record: scale is 0; it must be a number other than 0")
-    rows = _rows(path)
+    rows = _rows(path, scaled=scale != 1.0)
     if len(rows) < 2:
         raise InputError(f"{path}: {len(rows)} lines of numbers; a record has at least two ({FORM})")
     table = np.array(rows)
@@ -75,7 +78,7 @@ def read_record(path: str | Path, *, direction: Sequence[float] = X, scale: floa
     return Record(table[:, 0], values)
 
 
-def _rows(path: Path) -> list[list[float]]:
+def _rows(path: Path, *, scaled: bool) -> list[list[float]]:
     text = text_of(path)
     rows: list[list[float]] = []
     headed = False
@@ -85,11 +88,22 @@ def _rows(path: Path) -> list[list[float]]:
             continue
         if not rows and not headed and not any(map(_is_number, words)):
             headed = True
+            _check_units(line, scaled, f"{path}, line {number}")
             continue
         if ";" in line and "," in line:
             raise InputError(f"{path}, line {number}: commas and semicolons both; decimals are written with a point")
         rows.append(_row(words, f"{path}, line {number}", rows))
     return rows
+
+
+def _check_units(heading: str, scaled: bool, where: str) -> None:
+    """Refuse units in brackets that are not those read: of times, and of accelerations that no scale changes."""
+    units = [unit.strip().lower() for unit in re.findall(r"[\[(]([^\])]*)[\])]", heading)]
+    if len(units) > 1 and units[0] not in SECONDS:
+        raise InputError(f'{where}: times are in "{units[0]}"; they must be in s')
+    for unit in () if scaled else units[1:] or units:
+        if unit not in {*SECONDS, *METRES}:
+            raise InputError(f'{where}: accelerations are in "{unit}"; they must be in m/s2, or have a scale')
 
 
 def _row(words: list[str], where: str, before: list[list[float]]) -> list[float]:
