@@ -940,3 +940,17 @@ def test_friction_below_what_cohesion_needs_counts_as_the_least_it_may_go_with()
 
 def mapped(scene):
     return reserve_map(limit_load(scene, SIDE, optimum=True), SIDE, corners=False)
+
+
+@pytest.mark.parametrize(
+    "uncertain",
+    [{"friction": Random("normal", 0.6, 0.1)}, {"density.stack": Random("lognormal", 2000.0, 100.0)}],
+)
+def test_a_variable_on_which_the_limit_does_not_depend_gives_no_design_point(uncertain):
+    """A stack .5 m wide and 2 m high tips at .25, whatever its friction and density: slopes are rounding."""
+    cubes = [box((0, 0, k / 2), (0.5, 0.5, k / 2 + 0.5), name=f"s{k}", group="stack") for k in range(4)]
+    stack = Assembly.from_blocks([box((-5, -5, -1), (5, 5, 0), name="ground"), *cubes], supports=["ground"])
+    found = first_order(stack, uncertain, (0.12, 0, 0))
+    assert found.outcome is FirstOrderOutcome.NOT_FOUND
+    assert math.isnan(found.beta)
+    assert list(found.shares.values()) == [0.0]

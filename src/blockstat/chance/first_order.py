@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 STEPS, PATIENCE = 60, 10
 #: The recursion ends where the point moves by less.
 CLOSE = 1e-4
+#: Standard deviations beyond which a probability is none: that of the normal distribution is below all doubles.
+FARTHEST = 38.5
 #: Multipliers beyond this are not told apart.
 MANY = 1e6
 
@@ -149,11 +151,11 @@ def first_order(
     slope, side = np.zeros(population.size), 1.0
     for count in range(STEPS):
         value, slope = limit_state(population, load, point)
-        steep = float(slope @ slope)
-        if steep == 0.0:
-            side = np.nan
+        steep, away = float(slope @ slope), float(slope @ point - value)
+        if abs(away) >= FARTHEST * np.sqrt(steep):  # the slope is none, or rounding
+            side, slope = np.nan, np.zeros_like(slope)
             break
-        nearer = (slope @ point - value) / steep * slope
+        nearer = away / steep * slope
         step = (nearer - point) / (1 + count // PATIENCE)
         point, side = point + step, -float(np.sign(slope @ nearer))
         if float(np.linalg.norm(step)) <= CLOSE:
