@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -75,9 +75,7 @@ def chosen_case(
     if case is None:
         if loads is not None:
             raise InputError("--loads gives load cases; choose one by --case NAME")
-        if cases := assembly.metadata.get("cases"):
-            text = f"no load of the scene acts without --case NAME, one of {', '.join(cases)}"
-            warnings.warn(text, InputWarning, stacklevel=2)
+        doubt_loads(assembly.metadata.get("cases"), file)
         return None
     from blockstat.loading.cases import load_case
     from blockstat.spec.files import load_file, located
@@ -89,6 +87,28 @@ def chosen_case(
         raise located(loads or file, error) from None
     _warn_of_tilt(tilt, found)
     return found
+
+
+def doubt_loads(cases: Iterable[str] | None, file: Path, *, chosen: bool = True) -> None:
+    """Warn that the loads of a scene do not act, where no case of it is chosen.
+
+    Parameters
+    ----------
+    cases : iterable of str or None
+        Names of the load cases of the scene; none where there are none.
+    file : Path
+        The scene.
+    chosen : bool, optional
+        Whether the command has the option `--case`.
+
+    Warns
+    -----
+    InputWarning
+        With the names of the cases.
+    """
+    if names := ", ".join(cases or ()):
+        why = f"without --case NAME, one of {names}" if chosen else f"here: this command takes no load case, as {names}"
+        warnings.warn(f"{file}: no load of the scene acts {why}", InputWarning, stacklevel=3)
 
 
 def _warn_of_tilt(tilt: str | None, *cases: LoadCase) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from blockstat.cli.cases import Case, LoadsFile, chosen_case, load_and_loads
+from blockstat.cli.cases import Case, LoadsFile, chosen_case, doubt_loads, load_and_loads
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -116,6 +116,8 @@ def verify(
         assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
         for acts in loads:
             doubt_movement(assembly, "--settle", [acts.travel])
+        if case is None and loads_file is None:
+            doubt_loads(assembly.metadata.get("cases"), file)
         return with_glue(assembly, glue)
 
     settings, near = (
@@ -214,6 +216,7 @@ def shake(
 
     motion, near = ground_of(record, pulse, ramp, direction, scale), gap_of(gap)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     actions = stiffness_of(inertia_scale, angular_stiffness)
     evaluate = partial(run, settings=settings, loads=[motion], actions=actions, gap=near)
@@ -288,7 +291,11 @@ def compare(
     from dynsim.comparison.compare import check_engines, compare_one
     from dynsim.comparison.table import Comparison, Comparisons
 
-    read = partial(load, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    def read(file: Path) -> Assembly:
+        assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+        doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
+        return assembly
+
     evaluate = partial(compare_one, engines=check_engines(engines.split(",")), gap=gap_of(gap))
 
     def kept(rows: list[Row[Comparison]]) -> Comparisons:

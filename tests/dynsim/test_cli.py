@@ -1,0 +1,77 @@
+"""What the commands of `dynsim` make of files, options and warnings, before and after an analysis that is not run."""
+
+import pytest
+
+from blockstat import InputError, InputWarning
+from blockstat.cli.options import _status
+from dynsim.cli.commands import app
+
+SCENE = """\
+name = "post"
+[parameters]
+width = { value = 0.5, min = 0.4, max = 0.5, step = 0.1 }
+[elements.post]
+kind = "box"
+size = ["= width", 0.5, 1.0]
+[loads.push]
+kind = "body"
+force = [100, 0, 0]
+[cases.a]
+live = { push = 1 }
+[cases.b]
+live = { push = 2 }
+"""
+
+
+@pytest.fixture
+def run(capsys):
+    """Run a command as its console script does; the answer is the exit status and what was printed."""
+
+    def run(*arguments):
+        given = [str(argument) for argument in arguments]
+        status = _status(lambda: app(given, prog_name="dynsim", standalone_mode=False), "dynsim")
+        return status, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "post.toml"
+    path.write_text(SCENE)
+    return path
+
+
+@pytest.fixture
+def idle(monkeypatch):
+    """Analyses that end at once."""
+
+    def over(*_, **__):
+        raise InputError("over")
+
+    for name in ("judge.verify.verify", "earthquake.analysis.incremental", "design_search.optimise.optimise"):
+        monkeypatch.setattr(f"dynsim.{name}", over)
+    monkeypatch.setattr("dynsim.parallel.pool.run_many", lambda *_, **__: None)
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("verify {scene}", ["without --case NAME, one of a, b"]),
+        ("verify {scene} {other}", ["without --case NAME, one of a, b"] * 2),
+        ("verify {scene} --case a", []),
+        ("shake {scene} --pulse 1,0,0,1", ["here: this command takes no load case, as a, b"]),
+        ("compare {scene} {other}", ["here: this command takes no load case, as a, b"] * 2),
+        ("ida {scene} --record {record}", ["here: this command takes no load case, as a, b"]),
+        ("optimise {scene} -o {folder}/out", ["here: this command takes no load case, as a, b"]),
+    ],
+)
+@pytest.mark.usefixtures("idle")
+def test_loads_of_a_scene_that_do_not_act_are_told_once_a_file(run, scene, tmp_path, recwarn, command, words):
+    other, record = tmp_path / "other.toml", tmp_path / "quake.csv"
+    other.write_text(SCENE)
+    record.write_text("0,0\n0.1,1\n0.2,0\n")
+    run(*command.format(scene=scene, other=other, record=record, folder=tmp_path).split())
+    told = [str(one.message) for one in recwarn if issubclass(one.category, InputWarning)]
+    files = (scene, other)
+    assert told == [f"{file}: no load of the scene acts {why}" for file, why in zip(files, words, strict=False)]
