@@ -1,5 +1,7 @@
 """What the commands of `dynsim` make of files, options and warnings, before and after an analysis that is not run."""
 
+import json
+
 import pytest
 
 from blockstat import InputError, InputWarning
@@ -75,3 +77,12 @@ def test_loads_of_a_scene_that_do_not_act_are_told_once_a_file(run, scene, tmp_p
     told = [str(one.message) for one in recwarn if issubclass(one.category, InputWarning)]
     files = (scene, other)
     assert told == [f"{file}: no load of the scene acts {why}" for file, why in zip(files, words, strict=False)]
+
+
+@pytest.mark.usefixtures("recwarn")
+@pytest.mark.usefixtures("idle")
+def test_warnings_about_the_input_are_in_the_json(run, scene):
+    out = run("compare", scene, "--json")[1]
+    assert json.loads(out)["warnings"] == [
+        f"{scene}: no load of the scene acts here: this command takes no load case, as a, b"
+    ]

@@ -89,7 +89,7 @@ def chosen_case(
     return found
 
 
-def doubt_loads(cases: Iterable[str] | None, file: Path, *, chosen: bool = True) -> None:
+def doubt_loads(cases: Iterable[str] | None, file: Path, *, chosen: bool = True, listed: bool = False) -> None:
     """Warn that the loads of a scene do not act, where no case of it is chosen.
 
     Parameters
@@ -100,6 +100,8 @@ def doubt_loads(cases: Iterable[str] | None, file: Path, *, chosen: bool = True)
         The scene.
     chosen : bool, optional
         Whether the command has the option `--case`.
+    listed : bool, optional
+        Whether the answer has a table of the cases beside it.
 
     Warns
     -----
@@ -108,7 +110,8 @@ def doubt_loads(cases: Iterable[str] | None, file: Path, *, chosen: bool = True)
     """
     if names := ", ".join(cases or ()):
         why = f"without --case NAME, one of {names}" if chosen else f"here: this command takes no load case, as {names}"
-        warnings.warn(f"{file}: no load of the scene acts {why}", InputWarning, stacklevel=3)
+        beside = "; the table of load cases alone has them" if listed else ""
+        warnings.warn(f"{file}: no load of the scene acts {why}{beside}", InputWarning, stacklevel=3)
 
 
 def _warn_of_tilt(tilt: str | None, *cases: LoadCase) -> None:

@@ -62,6 +62,7 @@ Film = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 
+_TOLD: dict[str, None] = {}  #: warnings about the input of the command that runs, each once
 #: What typer raises for arguments that it cannot read; it exports only this child of it.
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -474,12 +475,12 @@ def written(files: Mapping[str, str]) -> None:
         typer.echo(f"{key}: {path}")
 
 
-def print_json(value: Any) -> None:
-    """Print one JSON object on standard output.
+def print_json(value: dict[str, Any]) -> None:
+    """Print one JSON object on standard output, with the warnings about the input before those of the answer.
 
     Parameters
     ----------
-    value : object
+    value : dict
         Plain values: dicts, lists, strings, finite numbers, booleans and None.
 
     Raises
@@ -487,7 +488,19 @@ def print_json(value: Any) -> None:
     ValueError
         For a number that is not finite, which JSON does not have.
     """
-    print(json.dumps(value, allow_nan=False))
+    own = value.get("warnings", [])
+    print(json.dumps(value | {"warnings": list(dict.fromkeys([*told(), *own]))}, allow_nan=False))
+
+
+def told() -> tuple[str, ...]:
+    """Return the warnings about the input that this command has given so far on standard error.
+
+    Returns
+    -------
+    tuple of str
+        Each once.
+    """
+    return tuple(_TOLD)
 
 
 def _say_version(wanted: bool) -> None:
@@ -561,7 +574,8 @@ def _run(app: typer.Typer, prog: str) -> Any:
 
 def _status(call: Callable[[], Any], prog: str, interruptions: Interruptions | None = None) -> int:
     try:
-        ended = call()
+        with _warnings_kept():
+            ended = call()
         if ended == INTERRUPTED:  # as typer reports it
             raise KeyboardInterrupt
         return ended if isinstance(ended, int) else 0
@@ -609,6 +623,24 @@ def _say_usage(error: Any, prog: str) -> None:
 def _show_warning(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
     if issubclass(category, InputWarning):
         print(f"warning: {_one_line(str(message))}", file=sys.stderr)
+
+
+@contextmanager
+def _warnings_kept() -> Iterator[None]:
+    """Keep the warnings about the input that a command gives, and show them as before."""
+    with warnings.catch_warnings():
+        show = warnings.showwarning
+
+        def keep(message: Warning | str, category: type[Warning], *others: Any, **options: Any) -> None:
+            if issubclass(category, InputWarning):
+                _TOLD[str(message)] = None
+            show(message, category, *others, **options)
+
+        warnings.showwarning = keep
+        try:
+            yield
+        finally:
+            _TOLD.clear()
 
 
 @contextmanager

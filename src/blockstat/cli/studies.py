@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.cli.cases import Case, LoadsFile, all_cases, bracket, case_answers, chosen_case, load_and_loads
+from blockstat.cli.cases import (
+    Case,
+    LoadsFile,
+    all_cases,
+    bracket,
+    case_answers,
+    chosen_case,
+    doubt_loads,
+    load_and_loads,
+)
 from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc, Topography, code_options
 from blockstat.cli.options import (
     AsJson,
@@ -26,6 +36,7 @@ from blockstat.cli.options import (
     lengths,
     print_json,
     said,
+    told,
     written,
 )
 from blockstat.cli.options import load as load_assembly
@@ -301,6 +312,8 @@ def write_report(
     near = GAP if gap is None else gap
     cases = all_cases(assembly, file, loads, gap=near)
     chosen = None if case is None else chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
+    if case is None:
+        doubt_loads(cases, loads or file, listed=True)
     with at_work("load cases") as say:
         answers = tuple(
             (row["case"], cases[row["case"]].words, row["verdict"].replace("_", " "), bracket(row))
@@ -312,7 +325,7 @@ def write_report(
             verify=verify, cases=answers, case=chosen, code=code,
         )  # fmt: skip
         say("pictures")
-        text = assessment_html(found)
+        text = assessment_html(replace(found, told=told()))
     with written_whole(output) as place:
         place.write_text(text, encoding="utf-8", errors="backslashreplace")
     typer.echo(str(output))

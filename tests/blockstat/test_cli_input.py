@@ -1,0 +1,79 @@
+"""What the commands of `blockstat` tell of their input, and which files they take and write."""
+
+import json
+
+import pytest
+
+from blockstat import write
+from blockstat.cli.commands import app
+from blockstat.cli.options import _status
+from evidence.scenes.small import stack
+
+SCENE = """\
+name = "post"
+[elements.post]
+kind = "box"
+size = [0.5, 0.5, 1.0]
+[loads.push]
+kind = "body"
+force = [100, 0, 0]
+[cases.a]
+live = { push = 1 }
+[cases.b]
+factors = { push = 1 }
+"""
+NONE_ACTS = "no load of the scene acts without --case NAME, one of a, b"
+
+
+@pytest.fixture
+def run(capsys):
+    """Run a command as its console script does; the answer is the exit status and what was printed."""
+
+    def run(*arguments):
+        given = [str(argument) for argument in arguments]
+        status = _status(lambda: app(given, prog_name="blockstat", standalone_mode=False), "blockstat")
+        return status, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "post.toml"
+    path.write_text(SCENE)
+    return path
+
+
+@pytest.fixture
+def two(tmp_path):
+    """Two stones on a ground."""
+    return write(stack(2, 1.0, 1.0), tmp_path / "two.json")
+
+
+@pytest.mark.usefixtures("recwarn")
+def test_warnings_about_the_input_are_in_the_json_of_the_command_that_gives_them_alone(run, scene, two):
+    status, out, _ = run("check", scene, "--json")
+    assert (status, json.loads(out)["warnings"]) == (0, [f"{scene}: {NONE_ACTS}"])
+    for command in ("check", "limit", "tilt"):
+        asked = {"limit": ("--load", "1,0,0"), "tilt": ("--axis", "y")}.get(command, ())
+        assert f"{scene}: {NONE_ACTS}" in json.loads(run(command, scene, *asked, "--json")[1])["warnings"]
+    tilted = json.loads(run("check", scene, "--case", "a", "--tilt", "y,1", "--json")[1])["warnings"]
+    assert tilted[0] == "--tilt y,1 rotates gravity alone; loads of a case stay as they are"
+    assert json.loads(run("check", two, "--json")[1])["warnings"] == []
+    assert json.loads(run("sequence", two, "--remove-each", "--json")[1])["warnings"] == []
+
+
+@pytest.mark.parametrize(
+    ("chosen", "words"), [((), NONE_ACTS), (("--case", "a", "--tilt", "y,1"), "--tilt y,1 rotates")]
+)
+def test_warnings_about_the_input_are_in_the_report_and_on_standard_error(
+    run, scene, tmp_path, monkeypatch, chosen, words
+):
+    monkeypatch.setattr("blockstat.view.assessment._pictures", lambda found: "")
+    with pytest.warns(match=words):
+        assert run("report", scene, "-o", tmp_path / "r.html", "--directions", 4, *chosen)[0] == 0
+    page = (tmp_path / "r.html").read_text()
+    told = page[page.index("<h2>Warnings</h2>") : page.index("<h2>What the answers mean</h2>")]
+    assert words in told
+    assert (NONE_ACTS in told) is not bool(chosen)
+    assert "Warnings</h2><p>None" not in page
