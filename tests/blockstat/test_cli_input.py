@@ -4,7 +4,8 @@ import json
 
 import pytest
 
-from blockstat import write
+from blockstat import Assembly, box, write
+from blockstat.cli.cases import case_warnings
 from blockstat.cli.commands import app
 from blockstat.cli.options import _status
 from evidence.scenes.small import stack
@@ -77,3 +78,32 @@ def test_warnings_about_the_input_are_in_the_report_and_on_standard_error(
     assert words in told
     assert (NONE_ACTS in told) is not bool(chosen)
     assert "Warnings</h2><p>None" not in page
+
+
+@pytest.fixture
+def loads(tmp_path):
+    """Cases of which one pushes a post of weight 20 that moves already, so that it bears no live load."""
+    path = tmp_path / "loads.toml"
+    text = '[loads.push]\nkind = "body"\nforce = [50, 0, 0]\n[cases.pushed]\nfactors = { push = 1 }\n'
+    path.write_text(text + "[cases.more]\nfactors = { push = 1 }\nlive = { push = 1 }\n[cases.light]\nweight = 0.5\n")
+    return path
+
+
+def test_the_table_of_cases_has_what_the_answers_rest_on_and_their_warnings(run, tmp_path, loads):
+    blocks = [box((-2, -2, -1), (3, 3, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="post")]
+    blocks.append(box((0, 0, 9), (1, 1, 10), name="cloud"))
+    file = write(Assembly.from_blocks(blocks, supports=["ground"], density=1.0), tmp_path / "post.json")
+    status, out, _ = run("cases", file, "--loads", loads)
+    assert status == 0
+    assert "more    unstable    dead load unstable\n" in out
+    assert out.count('Warning: block "cloud" touches nothing\n') == 1
+    found = json.loads(run("cases", file, "--loads", loads, "--units", "m", "--friction", 0.6, "--json")[1])
+    assert (found["friction"], found["units"], found["gravity"][:2]) == (0.6, "m", [0, 0])
+    assert 'block "cloud" touches nothing' in found["warnings"]
+    assert all('block "cloud" touches nothing' in row["warnings"] for row in found["rows"])
+    assert [row.get("status") for row in found["rows"]] == [None, "dead_load_unstable", None]
+
+
+def test_a_warning_of_some_cases_names_them():
+    rows = [{"case": name, "warnings": own} for name, own in (("a", ["x", "y"]), ("b", ["y", "z"]), ("c", ["y", "z"]))]
+    assert case_warnings(rows) == ["case a: x", "y", "cases b, c: z"]

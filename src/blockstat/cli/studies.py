@@ -14,6 +14,7 @@ from blockstat.cli.cases import (
     all_cases,
     bracket,
     case_answers,
+    case_warnings,
     chosen_case,
     doubt_loads,
     load_and_loads,
@@ -315,9 +316,9 @@ def write_report(
     if case is None:
         doubt_loads(cases, loads or file, listed=True)
     with at_work("load cases") as say:
+        rows = list(case_answers(assembly, cases, gap=near))
         answers = tuple(
-            (row["case"], cases[row["case"]].words, row["verdict"].replace("_", " "), bracket(row))
-            for row in case_answers(assembly, cases, gap=near)
+            (row["case"], cases[row["case"]].words, row["verdict"].replace("_", " "), bracket(row)) for row in rows
         )
         say("verdicts and limit loads")
         found = assess_fully(
@@ -325,7 +326,7 @@ def write_report(
             verify=verify, cases=answers, case=chosen, code=code,
         )  # fmt: skip
         say("pictures")
-        text = assessment_html(replace(found, told=told()))
+        text = assessment_html(replace(found, told=(*told(), *case_warnings(rows))))
     with written_whole(output) as place:
         place.write_text(text, encoding="utf-8", errors="backslashreplace")
     typer.echo(str(output))
