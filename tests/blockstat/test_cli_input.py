@@ -1,6 +1,7 @@
 """What the commands of `blockstat` tell of their input, and which files they take and write."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -8,6 +9,7 @@ from blockstat import Assembly, box, write
 from blockstat.cli.cases import case_warnings
 from blockstat.cli.commands import app
 from blockstat.cli.options import _status
+from blockstat.cli.places import _same
 from evidence.scenes.small import stack
 
 SCENE = """\
@@ -107,3 +109,51 @@ def test_the_table_of_cases_has_what_the_answers_rest_on_and_their_warnings(run,
 def test_a_warning_of_some_cases_names_them():
     rows = [{"case": name, "warnings": own} for name, own in (("a", ["x", "y"]), ("b", ["y", "z"]), ("c", ["y", "z"]))]
     assert case_warnings(rows) == ["case a: x", "y", "cases b, c: z"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["check", "{two}", "-o", ""], "-o: the name of a file is empty"),
+        (["check", "{two}", "--output="], "--output: the name of a file is empty"),
+        (["convert", "{two}", "-o", "", "--format", "ply"], "-o: the name of a file is empty"),
+        (["capacity", "{two}", "--load", "1,0,0", "--film", ""], "--film: the name of a file is empty"),
+        (["check", "{two}", "--case", "a", "--loads", ""], "--loads: the name of a file is empty"),
+        (["check", "--json", ""], "the name of a file is empty"),
+        (["check", "--friction", "0.5", ""], "the name of a file is empty"),
+        (["check", "{two}", "--gravity", ""], '--gravity is ""; it must read GX,GY,GZ'),
+    ],
+)
+def test_a_file_without_a_name_is_refused_with_its_option(run, two, arguments, words):
+    status, out, err = run(*[text.format(two=two) for text in arguments])
+    assert (status, out, err) == (2, "", f"blockstat: {words}\n")
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("check {two} -o {two}", "-o {two}: this file is read, and would be overwritten; give another place"),
+        ("check {two} -o {again}", "-o {again}: this file is read, and would be overwritten; give another place"),
+        ("tie {two} --between a,b -o {link}", "-o {link}: this file is read, and would be overwritten"),
+        ("sequence {two} --held-at-most 1 --journal {two}", "--journal {two}: this file is read, and would be"),
+        ("sequence {plan} --courses -o {plan}", "-o {plan}: this file is read, and would be overwritten"),
+        ("capacity {two} --load 1,0,0 -o {z} --film {z}", "-o and --film are both {z}; one would overwrite the other"),
+        ("settle {two} --move ground:0,0,1 -o {z} --film {z}", "-o and --film are both {z}; one would overwrite the"),
+    ],
+)
+def test_a_file_that_is_read_or_written_too_is_not_written_over(run, two, tmp_path, command, words):
+    (tmp_path / "link.json").symlink_to(two)
+    (tmp_path / "plan.json").write_text("{}")
+    places = {"two": two, "again": tmp_path / ".." / tmp_path.name / "two.json", "z": tmp_path / "z.png"}
+    places |= {name: tmp_path / f"{name}.json" for name in ("link", "plan")}
+    before = two.read_bytes()
+    status, out, err = run(*command.format(**places).split())
+    assert (status, out) == (2, "")
+    assert err.startswith("blockstat: " + words.format(**places))
+    assert two.read_bytes() == before
+    assert not places["z"].exists()
+
+
+def test_a_device_takes_both_what_is_read_and_what_is_written(two):
+    assert not _same(Path("/dev/null"), Path("/dev/null"))
+    assert _same(two, two)

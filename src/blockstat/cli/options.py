@@ -9,13 +9,12 @@ import sys
 import warnings
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.errors import NAMELESS, InputError, InputWarning
+from blockstat.errors import InputError, InputWarning
 from blockstat.system.process import INTERRUPTED
 from blockstat.system.writing import check_writable
 
@@ -558,18 +557,11 @@ def run_app(app: typer.Typer, prog: str) -> None:
         warnings.showwarning = _show_warning
         interruptions = Interruptions()
         interruptions.heed()
-        status = _status(lambda: _run(app, prog), prog, interruptions)
+        status = _status(lambda: app(prog_name=prog, standalone_mode=False), prog, interruptions)
         interruptions.ignore()  # what is left is to clean up
         if status == INTERRUPTED:
             end_now(status)
         sys.exit(status)
-
-
-def _run(app: typer.Typer, prog: str) -> Any:
-    """Run a command, unless a file has no name: that would be the directory one is in."""
-    if any(not given and not before.startswith("-") for before, given in pairwise(sys.argv[1:])):
-        raise InputError(NAMELESS)
-    return app(prog_name=prog, standalone_mode=False)
 
 
 def _status(call: Callable[[], Any], prog: str, interruptions: Interruptions | None = None) -> int:

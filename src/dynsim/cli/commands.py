@@ -30,6 +30,7 @@ from blockstat.cli.options import (
     print_json,
     run_app,
 )
+from blockstat.cli.places import keep_places
 from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
@@ -281,7 +282,7 @@ def compare(
     gap: Gap = None,
     engines: Annotated[str, typer.Option(help='"bullet" or "bullet,lmgc90".')] = "bullet",
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", callback=file_to_write(), help="Also write the rows as CSV.")
+        Path | None, typer.Option("-o", "--output", callback=file_to_write(".csv"), help="Also write the rows as CSV.")
     ] = None,
     jobs: Jobs = None,
     timeout: Timeout = None,
@@ -319,6 +320,7 @@ app.command()(ida)
 app.command()(optimise)
 app.command()(report)
 app.command()(sequence)
+keep_places(app)
 
 
 def main() -> None:

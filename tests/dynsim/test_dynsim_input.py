@@ -86,3 +86,33 @@ def test_warnings_about_the_input_are_in_the_json(run, scene):
     assert json.loads(out)["warnings"] == [
         f"{scene}: no load of the scene acts here: this command takes no load case, as a, b"
     ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["ida", "{scene}", "--record", ""], "--record: the name of a file is empty"),
+        (["verify", "{scene}", "-o", ""], "-o: the name of a file is empty"),
+        (["verify", "{scene}", "-o", "r.npz", "--film", ""], "Invalid value for '--film'"),
+    ],
+)
+def test_a_file_without_a_name_is_refused_with_its_option(run, scene, arguments, words):
+    status, out, err = run(*[text.format(scene=scene) for text in arguments])
+    assert (status, out, err.startswith(f"dynsim: {words}")) == (2, "", True)
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("compare {scene} -o {folder}/rows.json", 'cannot write ".json"; it is written as: .csv'),
+        ("compare {scene} {table} -o {table}", "this file is read, and would be overwritten; give another place"),
+        ("ida {scene} --record {table} --plot {table}", "this file is read, and would be overwritten"),
+    ],
+)
+def test_a_table_is_written_as_such_and_over_nothing_that_is_read(run, scene, tmp_path, command, words):
+    table = tmp_path / "table.csv"
+    table.write_text("0,0\n1,0\n")
+    status, out, err = run(*command.format(scene=scene, table=table, folder=tmp_path).split())
+    assert (status, out) == (2, "")
+    assert words in err
+    assert table.read_text() == "0,0\n1,0\n"
