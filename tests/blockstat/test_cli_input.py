@@ -1,6 +1,8 @@
 """What the commands of `blockstat` tell of their input, and which files they take and write."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -157,3 +159,21 @@ def test_a_file_that_is_read_or_written_too_is_not_written_over(run, two, tmp_pa
 def test_a_device_takes_both_what_is_read_and_what_is_written(two):
     assert not _same(Path("/dev/null"), Path("/dev/null"))
     assert _same(two, two)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is full")
+@pytest.mark.parametrize("options", [(), ("--json",)])
+def test_a_full_standard_output_is_named(two, options):
+    code = "from blockstat.cli.commands import main; main()"
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-c", code, "check", str(two), *options]
+        answer = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert (answer.returncode, answer.stderr) == (2, "blockstat: standard output: No space left on device\n")
+
+
+def test_an_error_of_another_file_is_not_one_of_standard_output(capsys):
+    def fail():
+        raise OSError(28, "No space left on device")
+
+    assert _status(fail, "blockstat") == 2
+    assert capsys.readouterr().err == "blockstat: No space left on device\n"

@@ -5,7 +5,9 @@ from __future__ import annotations
 import io
 import json
 import math
+import os
 import sys
+import traceback
 import warnings
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -64,6 +66,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on s
 _TOLD: dict[str, None] = {}  #: warnings about the input of the command that runs, each once
 #: What typer raises for arguments that it cannot read; it exports only this child of it.
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
+PRINTING = ("typer", "click", "rich")  #: packages that print on standard output
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -512,8 +515,6 @@ def _say_version(wanted: bool) -> None:
 
 def _allow_blocks(most: float | None) -> None:
     if most is not None:
-        import os
-
         from blockstat.model.size import ALLOWED, most_blocks
 
         os.environ[ALLOWED] = f"{most:g}"  # processes that this one starts build as much
@@ -568,6 +569,7 @@ def _status(call: Callable[[], Any], prog: str, interruptions: Interruptions | N
     try:
         with _warnings_kept():
             ended = call()
+            sys.stdout.flush()  # a full disk is told here
         if ended == INTERRUPTED:  # as typer reports it
             raise KeyboardInterrupt
         return ended if isinstance(ended, int) else 0
@@ -584,7 +586,8 @@ def _status(call: Callable[[], Any], prog: str, interruptions: Interruptions | N
     except SystemExit as ended:
         return ended.code if isinstance(ended.code, int) else 0
     except OSError as error:
-        print(f"{prog}: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
+        place = error.filename or ("standard output" if _from_printing(error) else "")
+        print(f"{prog}: {f'{place}: ' if place else ''}{error.strerror or error}", file=sys.stderr)
         return 2
     except MemoryError:
         print(f"{prog}: not enough memory for a scene of this size", file=sys.stderr)
@@ -595,6 +598,21 @@ def _status(call: Callable[[], Any], prog: str, interruptions: Interruptions | N
             return INTERRUPTED
         print(f"{prog}: internal error ({type(error).__name__}: {error}); please report it", file=sys.stderr)
         return 1
+
+
+def _from_printing(error: OSError) -> bool:
+    """Whether an error came as something was printed, by where it was raised: an error of writing names no file.
+
+    What is left to print then goes nowhere, or the interpreter would tell of it again as it ends.
+    """
+    *_, (frame, _) = traceback.walk_tb(error.__traceback__)
+    if frame.f_globals["__name__"].partition(".")[0] not in PRINTING and frame.f_globals["__name__"] != __name__:
+        return False
+    if sys.stdout is sys.__stdout__:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+    return True
 
 
 def _one_line(text: str) -> str:
