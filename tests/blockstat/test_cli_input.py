@@ -177,3 +177,20 @@ def test_an_error_of_another_file_is_not_one_of_standard_output(capsys):
 
     assert _status(fail, "blockstat") == 2
     assert capsys.readouterr().err == "blockstat: No space left on device\n"
+
+
+@pytest.mark.parametrize(
+    ("command", "value"),
+    [
+        ("reliability {two} --uncertain", "friction=normal,0.6,nan"),
+        ("reliability {two} --uncertain", "friction=normal,0.6,0.1,joint,x"),
+        ("settle {two} --move", "ground:0,0"),
+        ("settle {two} --move", "0,0:0,0,1"),
+        ("capacity {two} --load 1,0,0 --control", "stone0:1,2"),
+        ("sequence {two} --courses --along", "wall=0,1"),
+    ],
+)
+def test_an_option_that_does_not_read_as_it_must_is_quoted_whole(run, two, command, value):
+    status, out, err = run(*command.format(two=two).split(), value)
+    assert (status, out) == (2, "")
+    assert f'{command.split()[-1]} is "{value}"; it must read ' in err

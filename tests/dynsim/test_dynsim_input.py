@@ -116,3 +116,22 @@ def test_a_table_is_written_as_such_and_over_nothing_that_is_read(run, scene, tm
     assert (status, out) == (2, "")
     assert words in err
     assert table.read_text() == "0,0\n1,0\n"
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("--remove", "post@nan"),
+        ("--settle", "ground:0,0"),
+        ("--settle", "ground:0,0,1@fast"),
+        ("--push", "post:1,2"),
+        ("--push", "post:1,0,0@x"),
+        ("--tilt-to", "x"),
+        ("--tilt-to", "x,1,2,3"),
+    ],
+)
+def test_an_option_that_does_not_read_as_it_must_is_quoted_whole(run, scene, option, value):
+    status, out, err = run("verify", scene, option, value)
+    assert (status, out) == (2, "")
+    assert f'{option} is "{value}"; it must read ' in err
+    assert '--pulse is "1,0"; it must read ' in run("shake", scene, "--pulse", "1,0")[2]

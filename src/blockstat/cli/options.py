@@ -289,7 +289,7 @@ def once(found: Container[str], key: str, option: str) -> None:
         raise InputError(f"{option} gives {key or 'its value'} twice")
 
 
-def numbers(text: str, count: int, option: str, form: str) -> list[float]:
+def numbers(text: str, count: int, option: str, form: str, *, given: str | None = None) -> list[float]:
     """Return the numbers in the text of an option.
 
     Parameters
@@ -302,6 +302,8 @@ def numbers(text: str, count: int, option: str, form: str) -> list[float]:
         Name of the option, for the error.
     form : str
         What the option must read, for the error.
+    given : str, optional
+        The whole value of the option where the numbers are a part of it, for the error.
 
     Returns
     -------
@@ -324,18 +326,18 @@ def numbers(text: str, count: int, option: str, form: str) -> list[float]:
     except ValueError:
         values = []
     if len(values) != count or not all(map(math.isfinite, values)):
-        raise InputError(f'{option} is "{text}"; it must read {form}')
+        raise InputError(f'{option} is "{text if given is None else given}"; it must read {form}')
     return values
 
 
-def lengths(text: str, count: int, option: str, form: str) -> list[float]:
+def lengths(text: str, count: int, option: str, form: str, *, given: str | None = None) -> list[float]:
     """Return the lengths in the text of an option, which are in metres where no unit follows.
 
     Parameters
     ----------
     text : str
         Lengths separated by commas, as "0,0,-10 mm".
-    count, option, form
+    count, option, form, given
         As in `numbers`.
 
     Returns
@@ -359,10 +361,7 @@ def lengths(text: str, count: int, option: str, form: str) -> list[float]:
     parts = [part.strip() for part in text.split(",")]
     units = [next((unit for unit in ("mm", "cm", "dm", "m", "in", "ft") if part.endswith(unit)), "") for part in parts]
     bare = [part.removesuffix(unit) for part, unit in zip(parts, units, strict=True)]
-    try:
-        values = numbers(",".join(bare), count, option, form)
-    except InputError:
-        raise InputError(f'{option} is "{text}"; it must read {form}') from None
+    values = numbers(",".join(bare), count, option, form, given=text if given is None else given)
     return [value * metres_in(unit or None) for value, unit in zip(values, units, strict=True)]
 
 

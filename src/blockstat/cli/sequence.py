@@ -205,9 +205,9 @@ def _along(given: list[str] | None) -> Along:
     if len(split) > 1 and not all(group for group, _, _ in split):
         raise InputError("--along is given twice; without GROUP= there is one direction for all")
     directions: dict[str, list[float]] = {}
-    for group, _, direction in split:
+    for text, (group, _, direction) in zip(given or (), split, strict=True):
         once(directions, group, "--along")
-        directions[group] = numbers(direction, 3, "--along", form)
+        directions[group] = numbers(direction, 3, "--along", form, given=text)
     return directions.get("", directions or None)
 
 
