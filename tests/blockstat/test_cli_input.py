@@ -194,3 +194,20 @@ def test_an_option_that_does_not_read_as_it_must_is_quoted_whole(run, two, comma
     status, out, err = run(*command.format(two=two).split(), value)
     assert (status, out) == (2, "")
     assert f'{command.split()[-1]} is "{value}"; it must read ' in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["check", "{two}", "--supports", ""], 'supports: no block ""'),
+        (["repair", "{two}", "--supports", "", "-o", "{folder}/r.json"], 'supports: no block ""'),
+        (["example", "--list", "foo"], "--list names the examples, and takes none; given: foo"),
+        (["example", "-o", "{folder}/ex.toml"], "-o is where one example goes; give its name"),
+        (["example", "aqueduct", "-o", "{folder}/ex.json"], 'ex.json: cannot write ".json"; it is written as: .toml'),
+    ],
+)
+def test_an_option_that_would_be_ignored_is_refused(run, two, tmp_path, arguments, words):
+    status, out, err = run(*[text.format(two=two, folder=tmp_path) for text in arguments])
+    assert (status, out) == (2, "")
+    assert words in err
+    assert list(tmp_path.iterdir()) == [two]

@@ -135,3 +135,9 @@ def test_an_option_that_does_not_read_as_it_must_is_quoted_whole(run, scene, opt
     assert (status, out) == (2, "")
     assert f'{option} is "{value}"; it must read ' in err
     assert '--pulse is "1,0"; it must read ' in run("shake", scene, "--pulse", "1,0")[2]
+
+
+@pytest.mark.usefixtures("idle", "recwarn")
+def test_no_process_at_all_is_refused_for_one_file_too(run, scene):
+    status, out, err = run("verify", scene, "--jobs", -1)
+    assert (status, out, err) == (2, "", "dynsim: --jobs is -1; it must be a whole number of at least 1\n")

@@ -137,7 +137,7 @@ def repair_command(
 
     if context.info_name == "heal":
         typer.echo("blockstat heal is now blockstat repair, and goes with 0.3", err=True)
-    chosen = supports.split(",") if supports else None
+    chosen = None if supports is None else supports.split(",")
     assembly, report = repair(file, gap=GAP if gap is None else gap, supports=chosen, units=units, up=up)
     doubt(assembly, file)
     write(assembly, output, units=units, up=up)

@@ -207,7 +207,7 @@ def load(
     """
     from blockstat.spec import read
 
-    chosen = supports.split(",") if supports else None
+    chosen = None if supports is None else supports.split(",")
     assembly = read(path, supports=chosen, units=units, up=up)
     doubt(modified(assembly, friction=friction, gravity=None, tilt=None), path)
     return modified(assembly, friction=friction, gravity=gravity, tilt=tilt)

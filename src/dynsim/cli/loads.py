@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from blockstat.cli.options import AXES, lengths, numbers
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_count
 
 if TYPE_CHECKING:
     from dynsim.loads.ground import Pulse, Ramp
@@ -34,7 +34,16 @@ TiltTo = Annotated[
     str | None,
     typer.Option(metavar="AXIS,DEGREES[,RATE]", help="Tilt the ground after release, at 1 degree/s by default."),
 ]
-Jobs = Annotated[int | None, typer.Option(help="Processes at a time; all cores by default.")]
+
+
+def _some_jobs(jobs: int | None) -> int | None:
+    """Refuse fewer processes than one, also where one file is read and there is nothing to share."""
+    if jobs is not None:
+        check_count("--jobs", jobs)
+    return jobs
+
+
+Jobs = Annotated[int | None, typer.Option(callback=_some_jobs, help="Processes at a time; all cores by default.")]
 Timeout = Annotated[float | None, typer.Option(help="Seconds by the clock that one file may take.")]
 Output = Annotated[
     Path | None,
