@@ -211,3 +211,11 @@ def test_an_option_that_would_be_ignored_is_refused(run, two, tmp_path, argument
     assert (status, out) == (2, "")
     assert words in err
     assert list(tmp_path.iterdir()) == [two]
+
+
+@pytest.mark.parametrize("name", ["c.gif", "c.pdf"])
+@pytest.mark.parametrize("command", ["capacity {two} --load 1,0,0", "settle {two} --move ground:0,0,1"])
+def test_a_film_is_written_as_what_the_help_says_alone(run, two, tmp_path, command, name):
+    status, out, err = run(*command.format(two=two).split(), "--film", tmp_path / name)
+    assert (status, out) == (2, "")
+    assert f'cannot write "{name[1:]}"; it is written as: .glb, .png, .svg' in err

@@ -57,10 +57,6 @@ Folder = Annotated[
 ]
 MostSeconds = Annotated[float, typer.Option(min=1, help="A verdict that takes longer is stopped.")]
 MostGigabytes = Annotated[float, typer.Option(min=0.5, help="Memory of one process of the page, on Linux.")]
-Film = Annotated[
-    Path | None,
-    typer.Option("--film", metavar="FILE", help="Write the motion: .glb (animation), or .png, .svg (strip)."),
-]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 
 _TOLD: dict[str, None] = {}  #: warnings about the input of the command that runs, each once
@@ -110,6 +106,17 @@ def file_to_write(*suffixes: str) -> Callable[[Path | None], Path | None]:
         return path
 
     return check
+
+
+Film = Annotated[
+    Path | None,
+    typer.Option(
+        "--film",
+        metavar="FILE",
+        callback=file_to_write(".glb", ".png", ".svg"),
+        help="Write the motion: .glb (animation), or .png, .svg (strip).",
+    ),
+]
 
 
 def picture_to_write(path: Path | None) -> Path | None:
