@@ -1,6 +1,7 @@
 """What the commands of `dynsim` make of files, options and warnings, before and after an analysis that is not run."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -141,3 +142,22 @@ def test_an_option_that_does_not_read_as_it_must_is_quoted_whole(run, scene, opt
 def test_no_process_at_all_is_refused_for_one_file_too(run, scene):
     status, out, err = run("verify", scene, "--jobs", -1)
     assert (status, out, err) == (2, "", "dynsim: --jobs is -1; it must be a whole number of at least 1\n")
+
+
+@pytest.mark.usefixtures("idle")
+def test_a_file_that_cannot_be_looked_at_loses_its_own_row_only(run, tmp_path, monkeypatch):
+    exists = Path.exists
+
+    def closed(path, **options):
+        if path.name == "closed.json":
+            raise PermissionError(13, "Permission denied", str(path))
+        return exists(path, **options)
+
+    monkeypatch.setattr(Path, "exists", closed)
+    monkeypatch.setattr("os.access", lambda *_, **__: False)
+    (tmp_path / "bad.json").write_text("{")
+    status, out, err = run("verify", tmp_path / "bad.json", tmp_path / "closed.json")
+    assert status == 2
+    assert f"{tmp_path / 'bad.json'}: no verdict: " in out
+    assert f"{tmp_path / 'closed.json'}: no verdict: {tmp_path / 'closed.json'}: Permission denied" in out
+    assert err.endswith("dynsim: none of the files gave a verdict\n")

@@ -81,7 +81,7 @@ def about(version: Version = False, most_blocks: MostBlocks = None) -> None:
 
 @app.command()
 def verify(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Assemblies or scenes.")],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", readable=False, help="Assemblies or scenes.")],
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
@@ -272,7 +272,7 @@ def limit(
 
 @app.command()
 def compare(
-    files: Annotated[list[Path], typer.Argument(help="Assemblies or scenes.")],
+    files: Annotated[list[Path], typer.Argument(readable=False, help="Assemblies or scenes.")],
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
