@@ -219,3 +219,18 @@ def test_a_film_is_written_as_what_the_help_says_alone(run, two, tmp_path, comma
     status, out, err = run(*command.format(two=two).split(), "--film", tmp_path / name)
     assert (status, out) == (2, "")
     assert f'cannot write "{name[1:]}"; it is written as: .glb, .png, .svg' in err
+
+
+def test_a_sequence_says_what_it_wrote(run, two, tmp_path):
+    plan, picture = tmp_path / "plan.json", tmp_path / "steps.svg"
+    for command, place in (
+        (("--held-at-most", 2), plan),
+        (("--plan", plan), picture),
+        (("--remove-each",), picture),
+    ):
+        status, out, _ = run("sequence", two, *command, "-o", place)
+        assert (status, out.splitlines()[-1]) == (0, f"output: {place}")
+        place.unlink()
+        assert json.loads(run("sequence", two, *command, "-o", place, "--json")[1])["output"] == str(place)
+        assert place.is_file()
+        assert "output" not in json.loads(run("sequence", two, *command, "--json")[1])
