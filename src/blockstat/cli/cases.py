@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,6 +20,7 @@ from blockstat.cli.options import (
     Units,
     Up,
     gap_of,
+    inputs,
     numbers,
     print_json,
 )
@@ -75,9 +76,7 @@ def chosen_case(
     if case is None:
         if loads is not None:
             raise InputError("--loads gives load cases; choose one by --case NAME")
-        if cases := assembly.metadata.get("cases"):
-            text = f"no load of the scene acts without --case NAME, one of {', '.join(cases)}"
-            warnings.warn(text, InputWarning, stacklevel=2)
+        doubt_loads(assembly.metadata.get("cases"), file)
         return None
     from blockstat.loading.cases import load_case
     from blockstat.spec.files import load_file, located
@@ -89,6 +88,31 @@ def chosen_case(
         raise located(loads or file, error) from None
     _warn_of_tilt(tilt, found)
     return found
+
+
+def doubt_loads(cases: Iterable[str] | None, file: Path, *, chosen: bool = True, listed: bool = False) -> None:
+    """Warn that the loads of a scene do not act, where no case of it is chosen.
+
+    Parameters
+    ----------
+    cases : iterable of str or None
+        Names of the load cases of the scene; none where there are none.
+    file : Path
+        The scene.
+    chosen : bool, optional
+        Whether the command has the option `--case`.
+    listed : bool, optional
+        Whether the answer has a table of the cases beside it.
+
+    Warns
+    -----
+    InputWarning
+        With the names of the cases.
+    """
+    if names := ", ".join(cases or ()):
+        why = f"without --case NAME, one of {names}" if chosen else f"here: this command takes no load case, as {names}"
+        beside = "; the table of load cases alone has them" if listed else ""
+        warnings.warn(f"{file}: no load of the scene acts {why}{beside}", InputWarning, stacklevel=3)
 
 
 def _warn_of_tilt(tilt: str | None, *cases: LoadCase) -> None:
@@ -173,6 +197,7 @@ def cases_command(
     if not cases:
         raise InputError(f"{loads or file}: there are no load cases; write them as [cases.NAME]")
     _warn_of_tilt(tilt, *cases.values())
+    head = {"file": str(file), **inputs(assembly, units=units, gap=near)}
     rows = list[dict[str, Any]]()
     try:
         with at_work(f"{len(cases)} load cases"):
@@ -180,14 +205,14 @@ def cases_command(
                 rows.append(row)
     except KeyboardInterrupt:
         if rows:
-            _print(file, rows, as_json)
+            _print(head, rows, as_json)
         raise
-    _print(file, rows, as_json)
+    _print(head, rows, as_json)
 
 
-def _print(file: Path, rows: list[dict[str, Any]], as_json: bool) -> None:
+def _print(head: dict[str, Any], rows: list[dict[str, Any]], as_json: bool) -> None:
     if as_json:
-        print_json({"file": str(file), "rows": rows})
+        print_json({**head, "rows": rows, "warnings": case_warnings(rows)})
     else:
         _print_table(rows)
 
@@ -196,7 +221,33 @@ def _print_table(rows: list[dict[str, Any]]) -> None:
     width = max(4, *(len(row["case"]) for row in rows))
     typer.echo(f"{'case':<{width}}  {'verdict':<10}  {'multiplier of the live loads'}")
     for row in rows:
-        typer.echo(f"{row['case']:<{width}}  {row['verdict']:<10}  {bracket(row)}")
+        typer.echo(f"{row['case']:<{width}}  {row['verdict'].replace('_', ' '):<10}  {bracket(row)}")
+    for text in case_warnings(rows):
+        typer.echo(f"Warning: {text}")
+
+
+def case_warnings(rows: Iterable[dict[str, Any]]) -> list[str]:
+    """Return the warnings of all load cases, each once and with the cases that it is about.
+
+    Parameters
+    ----------
+    rows : iterable of dict
+        Those of `case_answers`.
+
+    Returns
+    -------
+    list of str
+        A warning of every case without their names.
+    """
+    found: dict[str, list[str]] = {}
+    rows = list(rows)
+    for row in rows:
+        for text in row["warnings"]:
+            found.setdefault(text, []).append(row["case"])
+    return [
+        text if len(names) == len(rows) else f"{'case' if len(names) == 1 else 'cases'} {', '.join(names)}: {text}"
+        for text, names in found.items()
+    ]
 
 
 def all_cases(assembly: Assembly, file: Path, loads: Path | None, *, gap: float | str) -> dict[str, LoadCase]:
@@ -248,7 +299,7 @@ def case_answers(assembly: Assembly, cases: dict[str, LoadCase], *, gap: float |
     Yields
     ------
     dict
-        Row with the keys "case", "verdict", "lower" and "upper", and "status" where there are live loads.
+        Row with the keys "case", "verdict", "lower", "upper" and "warnings", and "status" where there are live loads.
 
     Raises
     ------
@@ -263,10 +314,12 @@ def case_answers(assembly: Assembly, cases: dict[str, LoadCase], *, gap: float |
     for name, case in cases.items():
         verdict = assess(assembly, loads=case.loads, **options)
         row: dict[str, Any] = {"case": name, "verdict": verdict.outcome.word, "lower": None, "upper": None}
+        told = verdict.warnings
         if case.live.any():
             found = limit_load(assembly, case.live, loads=case.permanent, **options).summary()
             row |= {"status": found["status"], "lower": found["lower"], "upper": found["upper"]}
-        yield row
+            told += tuple(found["warnings"])
+        yield row | {"warnings": list(dict.fromkeys(told))}
 
 
 def bracket(row: dict[str, Any]) -> str:
@@ -284,4 +337,4 @@ def bracket(row: dict[str, Any]) -> str:
     """
     if row["lower"] is not None and row["upper"] is not None:
         return f"{row['lower']:.6g} to {row['upper']:.6g}"
-    return row.get("status", "no live loads")
+    return row.get("status", "no live loads").replace("_", " ")

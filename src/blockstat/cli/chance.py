@@ -160,8 +160,8 @@ def _random(given: list[str]) -> dict[str, Random]:
         if not equals or not 3 <= len(parts) <= 5:
             raise InputError(f'--uncertain is "{text}"; it must read {FORM}')
         once(found, key, "--uncertain")
-        low, high = numbers(",".join(parts[1:3]), 2, "--uncertain", FORM)
+        low, high = numbers(",".join(parts[1:3]), 2, "--uncertain", FORM, given=text)
         each = parts[3] if len(parts) > 3 else "all"
-        correlation = numbers(parts[4], 1, "--uncertain", FORM)[0] if len(parts) > 4 else 0.0
+        correlation = numbers(parts[4], 1, "--uncertain", FORM, given=text)[0] if len(parts) > 4 else 0.0
         found[key] = Random(parts[0], low, high, each, correlation)
     return found

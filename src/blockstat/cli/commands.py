@@ -39,6 +39,7 @@ from blockstat.cli.options import (
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.pictures import app_command, plot_command
+from blockstat.cli.places import keep_places
 from blockstat.cli.progress import at_work, shown_progress
 from blockstat.cli.sequence import sequence
 from blockstat.cli.studies import (
@@ -136,7 +137,7 @@ def repair_command(
 
     if context.info_name == "heal":
         typer.echo("blockstat heal is now blockstat repair, and goes with 0.3", err=True)
-    chosen = supports.split(",") if supports else None
+    chosen = None if supports is None else supports.split(",")
     assembly, report = repair(file, gap=GAP if gap is None else gap, supports=chosen, units=units, up=up)
     doubt(assembly, file)
     write(assembly, output, units=units, up=up)
@@ -344,6 +345,7 @@ app.command("app")(app_command)
 app.command("example")(example_command)
 app.command("plot")(plot_command)
 app.command("sequence")(sequence)
+keep_places(app)
 
 
 def main() -> None:

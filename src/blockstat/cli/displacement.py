@@ -283,8 +283,9 @@ def code_options(
 
 def _point(control: str | None) -> Any:
     """A control with a point of its block, or as it is: the name of a block may hold a colon."""
+    form = "BLOCK, or BLOCK:X,Y,Z"
     block, _, point = (control or "").rpartition(":")
-    return (block, numbers(point, 3, "--control", "BLOCK:X,Y,Z")) if block and "," in point else control
+    return (block, numbers(point, 3, "--control", form, given=control)) if block and "," in point else control
 
 
 def _moves(given: list[str]) -> dict[Any, list[float]]:
@@ -300,5 +301,5 @@ def _move(text: str) -> tuple[Any, list[float]]:
     where, colon, displacement = text.rpartition(":")
     if not colon or not where:
         raise InputError(f'--move is "{text}"; it must read {FORM}')
-    moved = lengths(displacement, 3, "--move", FORM)
-    return (tuple(lengths(where, 6, "--move", FORM)) if "," in where else where), moved
+    moved = lengths(displacement, 3, "--move", FORM, given=text)
+    return (tuple(lengths(where, 6, "--move", FORM, given=text)) if "," in where else where), moved

@@ -22,13 +22,19 @@ def example_command(
     from blockstat.system.writing import written_whole
 
     places = examples()
-    if listed or name is None:
+    if listed and name is not None:
+        raise InputError(f"--list names the examples, and takes none; given: {name}")
+    if output is not None and name is None:
+        raise InputError("-o is where one example goes; give its name, of those that --list names")
+    if name is None:
         for found, path in places.items():
             typer.echo(f"{found:16}{_described(text_of(path))}")
         return
     if name not in places:
         raise no_such("example", name, places)
     target = output or Path(f"{name}.toml")
+    if target.suffix.lower() != ".toml":
+        raise InputError(f'{target}: cannot write "{target.suffix}"; it is written as: .toml')
     if not target.parent.is_dir():
         raise InputError(f"{target}: no such directory: {target.parent}")
     text = text_of(places[name])

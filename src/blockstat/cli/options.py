@@ -5,17 +5,18 @@ from __future__ import annotations
 import io
 import json
 import math
+import os
 import sys
+import traceback
 import warnings
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.errors import NAMELESS, InputError, InputWarning
+from blockstat.errors import InputError, InputWarning
 from blockstat.system.process import INTERRUPTED
 from blockstat.system.writing import check_writable
 
@@ -56,14 +57,12 @@ Folder = Annotated[
 ]
 MostSeconds = Annotated[float, typer.Option(min=1, help="A verdict that takes longer is stopped.")]
 MostGigabytes = Annotated[float, typer.Option(min=0.5, help="Memory of one process of the page, on Linux.")]
-Film = Annotated[
-    Path | None,
-    typer.Option("--film", metavar="FILE", help="Write the motion: .glb (animation), or .png, .svg (strip)."),
-]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 
+_TOLD: dict[str, None] = {}  #: warnings about the input of the command that runs, each once
 #: What typer raises for arguments that it cannot read; it exports only this child of it.
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
+PRINTING = ("typer", "click", "rich")  #: packages that print on standard output
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -107,6 +106,17 @@ def file_to_write(*suffixes: str) -> Callable[[Path | None], Path | None]:
         return path
 
     return check
+
+
+Film = Annotated[
+    Path | None,
+    typer.Option(
+        "--film",
+        metavar="FILE",
+        callback=file_to_write(".glb", ".png", ".svg"),
+        help="Write the motion: .glb (animation), or .png, .svg (strip).",
+    ),
+]
 
 
 def picture_to_write(path: Path | None) -> Path | None:
@@ -204,7 +214,7 @@ def load(
     """
     from blockstat.spec import read
 
-    chosen = supports.split(",") if supports else None
+    chosen = None if supports is None else supports.split(",")
     assembly = read(path, supports=chosen, units=units, up=up)
     doubt(modified(assembly, friction=friction, gravity=None, tilt=None), path)
     return modified(assembly, friction=friction, gravity=gravity, tilt=tilt)
@@ -286,7 +296,7 @@ def once(found: Container[str], key: str, option: str) -> None:
         raise InputError(f"{option} gives {key or 'its value'} twice")
 
 
-def numbers(text: str, count: int, option: str, form: str) -> list[float]:
+def numbers(text: str, count: int, option: str, form: str, *, given: str | None = None) -> list[float]:
     """Return the numbers in the text of an option.
 
     Parameters
@@ -299,6 +309,8 @@ def numbers(text: str, count: int, option: str, form: str) -> list[float]:
         Name of the option, for the error.
     form : str
         What the option must read, for the error.
+    given : str, optional
+        The whole value of the option where the numbers are a part of it, for the error.
 
     Returns
     -------
@@ -321,18 +333,18 @@ def numbers(text: str, count: int, option: str, form: str) -> list[float]:
     except ValueError:
         values = []
     if len(values) != count or not all(map(math.isfinite, values)):
-        raise InputError(f'{option} is "{text}"; it must read {form}')
+        raise InputError(f'{option} is "{text if given is None else given}"; it must read {form}')
     return values
 
 
-def lengths(text: str, count: int, option: str, form: str) -> list[float]:
+def lengths(text: str, count: int, option: str, form: str, *, given: str | None = None) -> list[float]:
     """Return the lengths in the text of an option, which are in metres where no unit follows.
 
     Parameters
     ----------
     text : str
         Lengths separated by commas, as "0,0,-10 mm".
-    count, option, form
+    count, option, form, given
         As in `numbers`.
 
     Returns
@@ -356,10 +368,7 @@ def lengths(text: str, count: int, option: str, form: str) -> list[float]:
     parts = [part.strip() for part in text.split(",")]
     units = [next((unit for unit in ("mm", "cm", "dm", "m", "in", "ft") if part.endswith(unit)), "") for part in parts]
     bare = [part.removesuffix(unit) for part, unit in zip(parts, units, strict=True)]
-    try:
-        values = numbers(",".join(bare), count, option, form)
-    except InputError:
-        raise InputError(f'{option} is "{text}"; it must read {form}') from None
+    values = numbers(",".join(bare), count, option, form, given=text if given is None else given)
     return [value * metres_in(unit or None) for value, unit in zip(values, units, strict=True)]
 
 
@@ -474,12 +483,12 @@ def written(files: Mapping[str, str]) -> None:
         typer.echo(f"{key}: {path}")
 
 
-def print_json(value: Any) -> None:
-    """Print one JSON object on standard output.
+def print_json(value: dict[str, Any]) -> None:
+    """Print one JSON object on standard output, with the warnings about the input before those of the answer.
 
     Parameters
     ----------
-    value : object
+    value : dict
         Plain values: dicts, lists, strings, finite numbers, booleans and None.
 
     Raises
@@ -487,7 +496,19 @@ def print_json(value: Any) -> None:
     ValueError
         For a number that is not finite, which JSON does not have.
     """
-    print(json.dumps(value, allow_nan=False))
+    own = value.get("warnings", [])
+    print(json.dumps(value | {"warnings": list(dict.fromkeys([*told(), *own]))}, allow_nan=False))
+
+
+def told() -> tuple[str, ...]:
+    """Return the warnings about the input that this command has given so far on standard error.
+
+    Returns
+    -------
+    tuple of str
+        Each once.
+    """
+    return tuple(_TOLD)
 
 
 def _say_version(wanted: bool) -> None:
@@ -500,8 +521,6 @@ def _say_version(wanted: bool) -> None:
 
 def _allow_blocks(most: float | None) -> None:
     if most is not None:
-        import os
-
         from blockstat.model.size import ALLOWED, most_blocks
 
         os.environ[ALLOWED] = f"{most:g}"  # processes that this one starts build as much
@@ -545,23 +564,18 @@ def run_app(app: typer.Typer, prog: str) -> None:
         warnings.showwarning = _show_warning
         interruptions = Interruptions()
         interruptions.heed()
-        status = _status(lambda: _run(app, prog), prog, interruptions)
+        status = _status(lambda: app(prog_name=prog, standalone_mode=False), prog, interruptions)
         interruptions.ignore()  # what is left is to clean up
         if status == INTERRUPTED:
             end_now(status)
         sys.exit(status)
 
 
-def _run(app: typer.Typer, prog: str) -> Any:
-    """Run a command, unless a file has no name: that would be the directory one is in."""
-    if any(not given and not before.startswith("-") for before, given in pairwise(sys.argv[1:])):
-        raise InputError(NAMELESS)
-    return app(prog_name=prog, standalone_mode=False)
-
-
 def _status(call: Callable[[], Any], prog: str, interruptions: Interruptions | None = None) -> int:
     try:
-        ended = call()
+        with _warnings_kept():
+            ended = call()
+            sys.stdout.flush()  # a full disk is told here
         if ended == INTERRUPTED:  # as typer reports it
             raise KeyboardInterrupt
         return ended if isinstance(ended, int) else 0
@@ -578,7 +592,8 @@ def _status(call: Callable[[], Any], prog: str, interruptions: Interruptions | N
     except SystemExit as ended:
         return ended.code if isinstance(ended.code, int) else 0
     except OSError as error:
-        print(f"{prog}: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
+        place = error.filename or ("standard output" if _from_printing(error) else "")
+        print(f"{prog}: {f'{place}: ' if place else ''}{error.strerror or error}", file=sys.stderr)
         return 2
     except MemoryError:
         print(f"{prog}: not enough memory for a scene of this size", file=sys.stderr)
@@ -589,6 +604,21 @@ def _status(call: Callable[[], Any], prog: str, interruptions: Interruptions | N
             return INTERRUPTED
         print(f"{prog}: internal error ({type(error).__name__}: {error}); please report it", file=sys.stderr)
         return 1
+
+
+def _from_printing(error: OSError) -> bool:
+    """Whether an error came as something was printed, by where it was raised: an error of writing names no file.
+
+    What is left to print then goes nowhere, or the interpreter would tell of it again as it ends.
+    """
+    *_, (frame, _) = traceback.walk_tb(error.__traceback__)
+    if frame.f_globals["__name__"].partition(".")[0] not in PRINTING and frame.f_globals["__name__"] != __name__:
+        return False
+    if sys.stdout is sys.__stdout__:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+    return True
 
 
 def _one_line(text: str) -> str:
@@ -609,6 +639,24 @@ def _say_usage(error: Any, prog: str) -> None:
 def _show_warning(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
     if issubclass(category, InputWarning):
         print(f"warning: {_one_line(str(message))}", file=sys.stderr)
+
+
+@contextmanager
+def _warnings_kept() -> Iterator[None]:
+    """Keep the warnings about the input that a command gives, and show them as before."""
+    with warnings.catch_warnings():
+        show = warnings.showwarning
+
+        def keep(message: Warning | str, category: type[Warning], *others: Any, **options: Any) -> None:
+            if issubclass(category, InputWarning):
+                _TOLD[str(message)] = None
+            show(message, category, *others, **options)
+
+        warnings.showwarning = keep
+        try:
+            yield
+        finally:
+            _TOLD.clear()
 
 
 @contextmanager

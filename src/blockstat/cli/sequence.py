@@ -24,6 +24,7 @@ from blockstat.cli.options import (
     numbers,
     once,
     print_json,
+    written,
 )
 from blockstat.errors import InputError
 from blockstat.result import listed
@@ -139,14 +140,12 @@ def sequence(
     else:
         options |= {"held_at_most": held_at_most, "seconds": seconds, "insertion": insertion, "journal": journal}
         result = find_order(assembly, **options)
-    if as_json:
-        print_json({**head, **result.summary()})
-    else:
-        typer.echo(result.explain())
-    if isinstance(result, PlanVerdict):
-        _show(assembly, result, output, page)
-    elif isinstance(result, (OrderResult, CoursesResult, SafestOrder)):
-        _keep(result.found if isinstance(result, SafestOrder) else result, file, output, seconds)
+    found = result.found if isinstance(result, SafestOrder) else result
+    _answer(assembly, file, result, found, head, output, as_json)
+    if isinstance(result, PlanVerdict) and page:
+        _show(assembly, result)
+    elif isinstance(found, (OrderResult, CoursesResult)) and found.plan is None:
+        _end_without_plan(found, output, seconds)
 
 
 def _refuse_unheeded(context: typer.Context) -> None:
@@ -205,43 +204,53 @@ def _along(given: list[str] | None) -> Along:
     if len(split) > 1 and not all(group for group, _, _ in split):
         raise InputError("--along is given twice; without GROUP= there is one direction for all")
     directions: dict[str, list[float]] = {}
-    for group, _, direction in split:
+    for text, (group, _, direction) in zip(given or (), split, strict=True):
         once(directions, group, "--along")
-        directions[group] = numbers(direction, 3, "--along", form)
+        directions[group] = numbers(direction, 3, "--along", form, given=text)
     return directions.get("", directions or None)
 
 
-def _keep(searched: OrderResult | CoursesResult, file: Path, output: Path | None, seconds: float | None) -> None:
-    """Write the plan that was found; it names the assembly beside it, or where that is.
+def _answer(
+    assembly: Assembly, file: Path, result: Result, found: Any, head: dict[str, Any], output: Path | None, as_json: bool
+) -> None:
+    """Print an answer, and write the plan that was judged or found, if there is one."""
+    place = None if getattr(found, "plan", output) is None else output
+    with drawn(output=(partial(_write, assembly, file), found, place)) as files:
+        if as_json:
+            print_json({**head, **result.summary(), **files})
+        else:
+            typer.echo(result.explain())
+            written(files)
 
-    Where an interrupt left no plan the command ends as interrupted; the end of `--seconds` is an answer.
-    """
-    from blockstat.sequence.plan import write_plan
 
-    if searched.plan is not None:
-        if output is not None:
-            named = file.name if file.parent.resolve() == output.parent.resolve() else str(file.resolve())
-            write_plan(replace(searched.plan, assembly=named), output)
+def _write(assembly: Assembly, file: Path, found: Any, output: Path) -> None:
+    """Draw a plan that was judged, or write one that was found; it names the assembly beside it, or where that is."""
+    from blockstat.sequence.plan import PlanVerdict, write_plan
+    from blockstat.view.building.film import write_plan_film
+    from blockstat.view.building.steps import plot_plan
+
+    if isinstance(found, PlanVerdict):
+        (write_plan_film if output.suffix.lower() == ".glb" else plot_plan)(assembly, found, output)
         return
+    named = file.name if file.parent.resolve() == output.parent.resolve() else str(file.resolve())
+    write_plan(replace(found.plan, assembly=named), output)
+
+
+def _end_without_plan(searched: OrderResult | CoursesResult, output: Path | None, seconds: float | None) -> None:
+    """End a search that found no plan: as interrupted where that was why; the end of `--seconds` is an answer."""
     if output is not None:
         typer.echo(f"{output}: not written, for no plan was found", err=True)
     if searched.outcome.word == "stopped" and (seconds is None or searched.seconds < seconds):
         raise KeyboardInterrupt
 
 
-def _show(assembly: Assembly, judged: PlanVerdict, output: Path | None, page: bool) -> None:
-    """Draw the steps of a plan, and serve them until the page is stopped, where these are asked for."""
+def _show(assembly: Assembly, judged: PlanVerdict) -> None:
+    """Serve the steps of a plan until the page is stopped."""
     from threading import Event
 
-    from blockstat.view.building.film import write_plan_film
     from blockstat.view.building.slider import StepSlider
-    from blockstat.view.building.steps import plot_plan
     from blockstat.view.three_d.page import start_viser, stop_viser
 
-    if output is not None:
-        (write_plan_film if output.suffix.lower() == ".glb" else plot_plan)(assembly, judged, output)
-    if not page:
-        return
     server, address = start_viser()
     StepSlider(server, assembly, judged)
     typer.echo(f"{address} (Ctrl-C stops it)", err=True)
@@ -261,12 +270,13 @@ def _remove_each(
     found = remove_each(assembly, **options)
     words = {name: verdict.outcome.word for name, verdict in found.items()}
     moving = {name: [assembly.names[k] for k in found[name].moving] for name in found if words[name] != "stable"}
-    with drawn(output=(partial(plot_removal, assembly), found, output)):
+    with drawn(output=(partial(plot_removal, assembly), found, output)) as files:
         if as_json:
-            print_json({**head, "removed": words, "moving": moving})
+            print_json({**head, "removed": words, "moving": moving, **files})
             return
         may_go = [name for name, word in words.items() if word == "stable"]
         named = f": {', '.join(may_go)}" if may_go else ""
         typer.echo(f"{len(may_go)} of {len(words)} blocks may be taken out now{named}.")
         for name, others in moving.items():
             typer.echo(f"{name}: {words[name]}; first to move: {listed(others, FEW)}")
+        written(files)

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.cli.cases import Case, LoadsFile, all_cases, bracket, case_answers, chosen_case, load_and_loads
+from blockstat.cli.cases import (
+    Case,
+    LoadsFile,
+    all_cases,
+    bracket,
+    case_answers,
+    case_warnings,
+    chosen_case,
+    doubt_loads,
+    load_and_loads,
+)
 from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc, Topography, code_options
 from blockstat.cli.options import (
     AsJson,
@@ -26,6 +37,7 @@ from blockstat.cli.options import (
     lengths,
     print_json,
     said,
+    told,
     written,
 )
 from blockstat.cli.options import load as load_assembly
@@ -301,10 +313,12 @@ def write_report(
     near = GAP if gap is None else gap
     cases = all_cases(assembly, file, loads, gap=near)
     chosen = None if case is None else chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
+    if case is None:
+        doubt_loads(cases, loads or file, listed=True)
     with at_work("load cases") as say:
+        rows = list(case_answers(assembly, cases, gap=near))
         answers = tuple(
-            (row["case"], cases[row["case"]].words, row["verdict"].replace("_", " "), bracket(row))
-            for row in case_answers(assembly, cases, gap=near)
+            (row["case"], cases[row["case"]].words, row["verdict"].replace("_", " "), bracket(row)) for row in rows
         )
         say("verdicts and limit loads")
         found = assess_fully(
@@ -312,7 +326,7 @@ def write_report(
             verify=verify, cases=answers, case=chosen, code=code,
         )  # fmt: skip
         say("pictures")
-        text = assessment_html(found)
+        text = assessment_html(replace(found, told=(*told(), *case_warnings(rows))))
     with written_whole(output) as place:
         place.write_text(text, encoding="utf-8", errors="backslashreplace")
     typer.echo(str(output))

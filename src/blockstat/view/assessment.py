@@ -79,6 +79,7 @@ class Assessment:
     #: The code check by direction, or why there is no mechanism to verify; empty where it was not asked for.
     checks: tuple[tuple[str, LinearCheck | LoadOutcome], ...] = ()
     loaded: bool = False  #: whether further loads act, beside the weight or the case
+    told: tuple[str, ...] = ()  #: warnings about the input, beside those of the parts
 
     @property
     def assembly(self) -> Assembly:
@@ -87,9 +88,9 @@ class Assessment:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The warnings of all parts, each once."""
+        """The warnings about the input and of all parts, each once."""
         parts = (self.associated, self.coulomb, self.directions, self.dynamic)
-        own = [text for part in parts for text in getattr(part, "warnings", ())]
+        own = [*self.told, *(text for part in parts for text in getattr(part, "warnings", ()))]
         every = [(name, text) for name, check in self.verified for text in check.warnings]
         own += [f"code check towards {name}: {text}" for name, text in every if text not in own]
         return tuple(dict.fromkeys(own))

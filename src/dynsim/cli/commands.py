@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from blockstat.cli.cases import Case, LoadsFile, chosen_case, load_and_loads
+from blockstat.cli.cases import Case, LoadsFile, chosen_case, doubt_loads, load_and_loads
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -30,6 +30,7 @@ from blockstat.cli.options import (
     print_json,
     run_app,
 )
+from blockstat.cli.places import keep_places
 from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
@@ -80,7 +81,7 @@ def about(version: Version = False, most_blocks: MostBlocks = None) -> None:
 
 @app.command()
 def verify(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Assemblies or scenes.")],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", readable=False, help="Assemblies or scenes.")],
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
@@ -116,6 +117,8 @@ def verify(
         assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
         for acts in loads:
             doubt_movement(assembly, "--settle", [acts.travel])
+        if case is None and loads_file is None:
+            doubt_loads(assembly.metadata.get("cases"), file)
         return with_glue(assembly, glue)
 
     settings, near = (
@@ -214,6 +217,7 @@ def shake(
 
     motion, near = ground_of(record, pulse, ramp, direction, scale), gap_of(gap)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     actions = stiffness_of(inertia_scale, angular_stiffness)
     evaluate = partial(run, settings=settings, loads=[motion], actions=actions, gap=near)
@@ -268,7 +272,7 @@ def limit(
 
 @app.command()
 def compare(
-    files: Annotated[list[Path], typer.Argument(help="Assemblies or scenes.")],
+    files: Annotated[list[Path], typer.Argument(readable=False, help="Assemblies or scenes.")],
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
@@ -278,7 +282,7 @@ def compare(
     gap: Gap = None,
     engines: Annotated[str, typer.Option(help='"bullet" or "bullet,lmgc90".')] = "bullet",
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", callback=file_to_write(), help="Also write the rows as CSV.")
+        Path | None, typer.Option("-o", "--output", callback=file_to_write(".csv"), help="Also write the rows as CSV.")
     ] = None,
     jobs: Jobs = None,
     timeout: Timeout = None,
@@ -288,7 +292,11 @@ def compare(
     from dynsim.comparison.compare import check_engines, compare_one
     from dynsim.comparison.table import Comparison, Comparisons
 
-    read = partial(load, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    def read(file: Path) -> Assembly:
+        assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+        doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
+        return assembly
+
     evaluate = partial(compare_one, engines=check_engines(engines.split(",")), gap=gap_of(gap))
 
     def kept(rows: list[Row[Comparison]]) -> Comparisons:
@@ -312,6 +320,7 @@ app.command()(ida)
 app.command()(optimise)
 app.command()(report)
 app.command()(sequence)
+keep_places(app)
 
 
 def main() -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from blockstat.cli.cases import doubt_loads
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -91,6 +92,7 @@ def ida(
         fresh_figure(plot)  # before the runs, to say at once that it cannot be written
     near, motions = gap_of(gap), _named(record, direction, scale)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     with at_work(f"{len(motions)} records, {assembly.n_blocks:,} blocks") as say:
         found = incremental(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from blockstat.cli.options import AXES, lengths, numbers
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_count
 
 if TYPE_CHECKING:
     from dynsim.loads.ground import Pulse, Ramp
@@ -34,7 +34,16 @@ TiltTo = Annotated[
     str | None,
     typer.Option(metavar="AXIS,DEGREES[,RATE]", help="Tilt the ground after release, at 1 degree/s by default."),
 ]
-Jobs = Annotated[int | None, typer.Option(help="Processes at a time; all cores by default.")]
+
+
+def _some_jobs(jobs: int | None) -> int | None:
+    """Refuse fewer processes than one, also where one file is read and there is nothing to share."""
+    if jobs is not None:
+        check_count("--jobs", jobs)
+    return jobs
+
+
+Jobs = Annotated[int | None, typer.Option(callback=_some_jobs, help="Processes at a time; all cores by default.")]
 Timeout = Annotated[float | None, typer.Option(help="Seconds by the clock that one file may take.")]
 Output = Annotated[
     Path | None,
@@ -92,24 +101,25 @@ def loads_of(
 
     loads: list[Load] = []
     for text in remove or ():
-        names, time = _split(text, "@", "--remove", "NAME,...[@SECONDS]", 0.0)
+        names, time = _split(text, "@", "--remove", "NAME,...[@SECONDS]", 0.0, text)
         loads.append(Removal(names.split(","), time))
     for text in settle or ():
         form = "NAME,...:DX,DY,DZ[@SPEED]"
         names, path = _named(text, "--settle", form)
-        path, speed = _split(path, "@", "--settle", form, SPEED)
-        loads.append(Settlement(names.split(","), lengths(path, 3, "--settle", form), speed))
+        path, speed = _split(path, "@", "--settle", form, SPEED, text)
+        loads.append(Settlement(names.split(","), lengths(path, 3, "--settle", form, given=text), speed))
     for text in push or ():
         form = "NAME:VX,VY,VZ[@SECONDS]"
         name, velocity = _named(text, "--push", form)
-        velocity, time = _split(velocity, "@", "--push", form, 0.0)
-        loads.append(Push(name, velocity=numbers(velocity, 3, "--push", form), time=time))
+        velocity, time = _split(velocity, "@", "--push", form, 0.0, text)
+        loads.append(Push(name, velocity=numbers(velocity, 3, "--push", form, given=text), time=time))
     if tilt_to is not None:
         form = "AXIS,DEGREES[,RATE]"
         axis, _, rest = tilt_to.partition(",")
         if axis not in AXES:
             raise InputError(f'--tilt-to is "{tilt_to}"; it must read {form} with AXIS one of x, y, z')
-        loads.append(Tilt(AXES[axis], *numbers(rest, 2 if "," in rest else 1, "--tilt-to", form)))
+        count = 2 if "," in rest else 1
+        loads.append(Tilt(AXES[axis], *numbers(rest, count, "--tilt-to", form, given=tilt_to)))
     return loads
 
 
@@ -153,7 +163,7 @@ def ground_of(
     if pulse is not None:
         form = "AX,AY,AZ,SECONDS[,SHAPE]"
         words = pulse.split(",")
-        values = numbers(",".join(words[:4]), 4, "--pulse", form)
+        values = numbers(",".join(words[:4]), 4, "--pulse", form, given=pulse)
         return Pulse(values[:3], values[3], ",".join(words[4:]) or "rectangle")
     assert ramp is not None
     values = numbers(ramp, 4, "--ramp", "AX,AY,AZ,SECONDS")
@@ -168,9 +178,9 @@ def _named(text: str, option: str, form: str) -> tuple[str, str]:
     return name, rest
 
 
-def _split(text: str, mark: str, option: str, form: str, default: float) -> tuple[str, float]:
-    """Return what stands before a mark, and the number after it."""
+def _split(text: str, mark: str, option: str, form: str, default: float, given: str) -> tuple[str, float]:
+    """Return what stands before a mark, and the number after it; the whole value of the option is for the error."""
     head, found, tail = text.rpartition(mark)
     if not found:
         return text, default
-    return head, numbers(tail, 1, option, form)[0]
+    return head, numbers(tail, 1, option, form, given=given)[0]

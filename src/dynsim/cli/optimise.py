@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from blockstat.cli.cases import doubt_loads
 from blockstat.cli.imperfect import Imperfect, imperfections_of
 from blockstat.cli.options import AsJson, Friction, Gap, Gravity, Tilt, gap_of, modified, print_json
 from blockstat.errors import InputError
@@ -63,6 +64,7 @@ def optimise(
     directory = output or Path("out") / building.name
     names = only.split(",") if only else None
     space_of(building, names)
+    doubt_loads(building.cases, scene, chosen=False)
     directory.mkdir(parents=True, exist_ok=True)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     conditions = {"friction": friction, "gravity": gravity, "tilt": tilt, "gap": gap}

@@ -61,7 +61,7 @@ def side_by_side(
     from dynsim.parallel.pool import INTERRUPTED, Row, run_many
 
     for file in files:
-        if not file.exists():
+        if not _is_there(file):
             raise InputError(f"{file}: no such file")
     rows = [Row[T](file.stem, None, INTERRUPTED) for file in files]
     assemblies, number = [], []
@@ -90,6 +90,14 @@ def side_by_side(
     if save is not None:
         save(rows)
     return rows
+
+
+def _is_there(file: Path) -> bool:
+    """Whether there may be a file; one in a directory that cannot be looked into loses its row as it is read."""
+    try:
+        return file.exists()
+    except OSError:
+        return True
 
 
 def told_apart(files: list[Path], rows: list[Comparison]) -> list[Comparison]:

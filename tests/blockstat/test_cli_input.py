@@ -1,0 +1,236 @@
+"""What the commands of `blockstat` tell of their input, and which files they take and write."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from blockstat import Assembly, box, write
+from blockstat.cli.cases import case_warnings
+from blockstat.cli.commands import app
+from blockstat.cli.options import _status
+from blockstat.cli.places import _same
+from evidence.scenes.small import stack
+
+SCENE = """\
+name = "post"
+[elements.post]
+kind = "box"
+size = [0.5, 0.5, 1.0]
+[loads.push]
+kind = "body"
+force = [100, 0, 0]
+[cases.a]
+live = { push = 1 }
+[cases.b]
+factors = { push = 1 }
+"""
+NONE_ACTS = "no load of the scene acts without --case NAME, one of a, b"
+
+
+@pytest.fixture
+def run(capsys):
+    """Run a command as its console script does; the answer is the exit status and what was printed."""
+
+    def run(*arguments):
+        given = [str(argument) for argument in arguments]
+        status = _status(lambda: app(given, prog_name="blockstat", standalone_mode=False), "blockstat")
+        return status, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "post.toml"
+    path.write_text(SCENE)
+    return path
+
+
+@pytest.fixture
+def two(tmp_path):
+    """Two stones on a ground."""
+    return write(stack(2, 1.0, 1.0), tmp_path / "two.json")
+
+
+@pytest.mark.usefixtures("recwarn")
+def test_warnings_about_the_input_are_in_the_json_of_the_command_that_gives_them_alone(run, scene, two):
+    status, out, _ = run("check", scene, "--json")
+    assert (status, json.loads(out)["warnings"]) == (0, [f"{scene}: {NONE_ACTS}"])
+    for command in ("check", "limit", "tilt"):
+        asked = {"limit": ("--load", "1,0,0"), "tilt": ("--axis", "y")}.get(command, ())
+        assert f"{scene}: {NONE_ACTS}" in json.loads(run(command, scene, *asked, "--json")[1])["warnings"]
+    tilted = json.loads(run("check", scene, "--case", "a", "--tilt", "y,1", "--json")[1])["warnings"]
+    assert tilted[0] == "--tilt y,1 rotates gravity alone; loads of a case stay as they are"
+    assert json.loads(run("check", two, "--json")[1])["warnings"] == []
+    assert json.loads(run("sequence", two, "--remove-each", "--json")[1])["warnings"] == []
+
+
+@pytest.mark.parametrize(
+    ("chosen", "words"), [((), NONE_ACTS), (("--case", "a", "--tilt", "y,1"), "--tilt y,1 rotates")]
+)
+def test_warnings_about_the_input_are_in_the_report_and_on_standard_error(
+    run, scene, tmp_path, monkeypatch, chosen, words
+):
+    monkeypatch.setattr("blockstat.view.assessment._pictures", lambda found: "")
+    with pytest.warns(match=words):
+        assert run("report", scene, "-o", tmp_path / "r.html", "--directions", 4, *chosen)[0] == 0
+    page = (tmp_path / "r.html").read_text()
+    told = page[page.index("<h2>Warnings</h2>") : page.index("<h2>What the answers mean</h2>")]
+    assert words in told
+    assert (NONE_ACTS in told) is not bool(chosen)
+    assert "Warnings</h2><p>None" not in page
+
+
+@pytest.fixture
+def loads(tmp_path):
+    """Cases of which one pushes a post of weight 20 that moves already, so that it bears no live load."""
+    path = tmp_path / "loads.toml"
+    text = '[loads.push]\nkind = "body"\nforce = [50, 0, 0]\n[cases.pushed]\nfactors = { push = 1 }\n'
+    path.write_text(text + "[cases.more]\nfactors = { push = 1 }\nlive = { push = 1 }\n[cases.light]\nweight = 0.5\n")
+    return path
+
+
+def test_the_table_of_cases_has_what_the_answers_rest_on_and_their_warnings(run, tmp_path, loads):
+    blocks = [box((-2, -2, -1), (3, 3, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="post")]
+    blocks.append(box((0, 0, 9), (1, 1, 10), name="cloud"))
+    file = write(Assembly.from_blocks(blocks, supports=["ground"], density=1.0), tmp_path / "post.json")
+    status, out, _ = run("cases", file, "--loads", loads)
+    assert status == 0
+    assert "more    unstable    dead load unstable\n" in out
+    assert out.count('Warning: block "cloud" touches nothing\n') == 1
+    found = json.loads(run("cases", file, "--loads", loads, "--units", "m", "--friction", 0.6, "--json")[1])
+    assert (found["friction"], found["units"], found["gravity"][:2]) == (0.6, "m", [0, 0])
+    assert 'block "cloud" touches nothing' in found["warnings"]
+    assert all('block "cloud" touches nothing' in row["warnings"] for row in found["rows"])
+    assert [row.get("status") for row in found["rows"]] == [None, "dead_load_unstable", None]
+
+
+def test_a_warning_of_some_cases_names_them():
+    rows = [{"case": name, "warnings": own} for name, own in (("a", ["x", "y"]), ("b", ["y", "z"]), ("c", ["y", "z"]))]
+    assert case_warnings(rows) == ["case a: x", "y", "cases b, c: z"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["check", "{two}", "-o", ""], "-o: the name of a file is empty"),
+        (["check", "{two}", "--output="], "--output: the name of a file is empty"),
+        (["convert", "{two}", "-o", "", "--format", "ply"], "-o: the name of a file is empty"),
+        (["capacity", "{two}", "--load", "1,0,0", "--film", ""], "--film: the name of a file is empty"),
+        (["check", "{two}", "--case", "a", "--loads", ""], "--loads: the name of a file is empty"),
+        (["check", "--json", ""], "the name of a file is empty"),
+        (["check", "--friction", "0.5", ""], "the name of a file is empty"),
+        (["check", "{two}", "--gravity", ""], '--gravity is ""; it must read GX,GY,GZ'),
+    ],
+)
+def test_a_file_without_a_name_is_refused_with_its_option(run, two, arguments, words):
+    status, out, err = run(*[text.format(two=two) for text in arguments])
+    assert (status, out, err) == (2, "", f"blockstat: {words}\n")
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("check {two} -o {two}", "-o {two}: this file is read, and would be overwritten; give another place"),
+        ("check {two} -o {again}", "-o {again}: this file is read, and would be overwritten; give another place"),
+        ("tie {two} --between a,b -o {link}", "-o {link}: this file is read, and would be overwritten"),
+        ("sequence {two} --held-at-most 1 --journal {two}", "--journal {two}: this file is read, and would be"),
+        ("sequence {plan} --courses -o {plan}", "-o {plan}: this file is read, and would be overwritten"),
+        ("capacity {two} --load 1,0,0 -o {z} --film {z}", "-o and --film are both {z}; one would overwrite the other"),
+        ("settle {two} --move ground:0,0,1 -o {z} --film {z}", "-o and --film are both {z}; one would overwrite the"),
+    ],
+)
+def test_a_file_that_is_read_or_written_too_is_not_written_over(run, two, tmp_path, command, words):
+    (tmp_path / "link.json").symlink_to(two)
+    (tmp_path / "plan.json").write_text("{}")
+    places = {"two": two, "again": tmp_path / ".." / tmp_path.name / "two.json", "z": tmp_path / "z.png"}
+    places |= {name: tmp_path / f"{name}.json" for name in ("link", "plan")}
+    before = two.read_bytes()
+    status, out, err = run(*command.format(**places).split())
+    assert (status, out) == (2, "")
+    assert err.startswith("blockstat: " + words.format(**places))
+    assert two.read_bytes() == before
+    assert not places["z"].exists()
+
+
+def test_a_device_takes_both_what_is_read_and_what_is_written(two):
+    assert not _same(Path("/dev/null"), Path("/dev/null"))
+    assert _same(two, two)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is full")
+@pytest.mark.parametrize("options", [(), ("--json",)])
+def test_a_full_standard_output_is_named(two, options):
+    code = "from blockstat.cli.commands import main; main()"
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-c", code, "check", str(two), *options]
+        answer = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert (answer.returncode, answer.stderr) == (2, "blockstat: standard output: No space left on device\n")
+
+
+def test_an_error_of_another_file_is_not_one_of_standard_output(capsys):
+    def fail():
+        raise OSError(28, "No space left on device")
+
+    assert _status(fail, "blockstat") == 2
+    assert capsys.readouterr().err == "blockstat: No space left on device\n"
+
+
+@pytest.mark.parametrize(
+    ("command", "value"),
+    [
+        ("reliability {two} --uncertain", "friction=normal,0.6,nan"),
+        ("reliability {two} --uncertain", "friction=normal,0.6,0.1,joint,x"),
+        ("settle {two} --move", "ground:0,0"),
+        ("settle {two} --move", "0,0:0,0,1"),
+        ("capacity {two} --load 1,0,0 --control", "stone0:1,2"),
+        ("sequence {two} --courses --along", "wall=0,1"),
+    ],
+)
+def test_an_option_that_does_not_read_as_it_must_is_quoted_whole(run, two, command, value):
+    status, out, err = run(*command.format(two=two).split(), value)
+    assert (status, out) == (2, "")
+    assert f'{command.split()[-1]} is "{value}"; it must read ' in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["check", "{two}", "--supports", ""], 'supports: no block ""'),
+        (["repair", "{two}", "--supports", "", "-o", "{folder}/r.json"], 'supports: no block ""'),
+        (["example", "--list", "foo"], "--list names the examples, and takes none; given: foo"),
+        (["example", "-o", "{folder}/ex.toml"], "-o is where one example goes; give its name"),
+        (["example", "aqueduct", "-o", "{folder}/ex.json"], 'ex.json: cannot write ".json"; it is written as: .toml'),
+    ],
+)
+def test_an_option_that_would_be_ignored_is_refused(run, two, tmp_path, arguments, words):
+    status, out, err = run(*[text.format(two=two, folder=tmp_path) for text in arguments])
+    assert (status, out) == (2, "")
+    assert words in err
+    assert list(tmp_path.iterdir()) == [two]
+
+
+@pytest.mark.parametrize("name", ["c.gif", "c.pdf"])
+@pytest.mark.parametrize("command", ["capacity {two} --load 1,0,0", "settle {two} --move ground:0,0,1"])
+def test_a_film_is_written_as_what_the_help_says_alone(run, two, tmp_path, command, name):
+    status, out, err = run(*command.format(two=two).split(), "--film", tmp_path / name)
+    assert (status, out) == (2, "")
+    assert f'cannot write "{name[1:]}"; it is written as: .glb, .png, .svg' in err
+
+
+def test_a_sequence_says_what_it_wrote(run, two, tmp_path):
+    plan, picture = tmp_path / "plan.json", tmp_path / "steps.svg"
+    for command, place in (
+        (("--held-at-most", 2), plan),
+        (("--plan", plan), picture),
+        (("--remove-each",), picture),
+    ):
+        status, out, _ = run("sequence", two, *command, "-o", place)
+        assert (status, out.splitlines()[-1]) == (0, f"output: {place}")
+        place.unlink()
+        assert json.loads(run("sequence", two, *command, "-o", place, "--json")[1])["output"] == str(place)
+        assert place.is_file()
+        assert "output" not in json.loads(run("sequence", two, *command, "--json")[1])
