@@ -9,10 +9,9 @@ from typing import Annotated, Any
 import typer
 
 from blockstat.cli.cases import Case, LoadsFile, cases_command, chosen_case, load_and_loads
-from blockstat.cli.chance import reliability_command
+from blockstat.cli.chance import Imperfect, imperfections_of, reliability_command
 from blockstat.cli.displacement import capacity_command, code_check_command, settle_command
 from blockstat.cli.examples import example_command
-from blockstat.cli.imperfect import Imperfect, imperfections_of
 from blockstat.cli.options import (
     AsJson,
     FileArgument,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from blockstat.cli.cases import doubt_loads
-from blockstat.cli.imperfect import Imperfect, imperfections_of
+from blockstat.cli.chance import Imperfect, imperfections_of
 from blockstat.cli.options import AsJson, Friction, Gap, Gravity, Tilt, gap_of, modified, print_json
 from blockstat.errors import InputError
 from dynsim.cli.criteria import Group, Preset, Threshold
