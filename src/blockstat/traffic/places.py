@@ -143,8 +143,8 @@ def road_along(
             top = max(height for _, height in under)
             highest = [face for face, height in under if height >= top - room]
             k = int(np.searchsorted(length, (a + b) / 2)) - 1
-            across = np.cross(up, corners[k + 1] - corners[k])
-            highest.sort(key=lambda face: _offset(face, middle, up, across, BESIDE / SHORT * room), reverse=True)
+            ahead, radius = corners[k + 1] - corners[k], BESIDE / SHORT * room
+            highest.sort(key=lambda face: _offset(face, middle, up, ahead, radius), reverse=True)
             stretches.append((a, b, (numbers[id(highest[0])], numbers[id(highest[-1])])))
     if not stretches:
         raise InputError("path: no free face of these blocks lies below it")
@@ -152,13 +152,15 @@ def road_along(
     return Road(assembly, corners, length, tuple(faces), start, end, face)
 
 
-def _offset(face: Face, place: Floats, up: Floats, across: Floats, radius: float) -> float:
-    """How far to one side of a point what a face has near it lies."""
+def _offset(face: Face, place: Floats, up: Floats, ahead: Floats, radius: float) -> float:
+    """How far to the left of a point what a face has near it lies."""
     from shapely import Point
 
     there = face.flat(place - up * float(face.height(place)) / float(face.normal @ up))
     near = face.region.intersection(Point(there).buffer(radius)).centroid
-    return float((np.array([near.x, near.y]) - there) @ face.frame[1:] @ across) if not near.is_empty else 0.0
+    if near.is_empty:
+        return 0.0
+    return float(np.linalg.det([up, ahead, (np.array([near.x, near.y]) - there) @ face.frame[1:]]))
 
 
 def _crossings(face: Face, one: Floats, two: Floats, up: Floats) -> list[float]:
