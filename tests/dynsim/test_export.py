@@ -233,7 +233,7 @@ def test_load_options(tmp_path, options, word):
     ("options", "message"),
     [
         (["--remove", "key"], 'no block "key"'),
-        (["--remove", "voussoir4@soon"], '--remove is "soon"; it must read NAME'),
+        (["--remove", "voussoir4@soon"], '--remove is "voussoir4@soon"; it must read NAME'),
         (["--settle", "right"], '--settle is "right"; it must read NAME'),
         (["--tilt-to", "w,3"], "AXIS one of x, y, z"),
         (["-o", "run.avi"], "a run is written as"),

@@ -405,7 +405,7 @@ def test_stopped_no_run_is_lost_and_the_result_is_the_same(tmp_path, whole, sign
         (("--plot", "ida.xyz"), r'ida\.xyz: no picture is written as "\.xyz"'),
         (("--direction", "0,0,1"), '"pulse0" has no horizontal motion'),
         (("--direction", "0,0"), '--direction is "0,0"; it must read X,Y,Z'),
-        (("--output", "pillar.json"), r"pillar\.json: cannot be made"),
+        (("--output", "pillar.json"), r"pillar\.json: this file is read"),
         (("--resolution", "0"), "resolution is 0.0; it must be from 0.001"),
     ],
 )
