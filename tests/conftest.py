@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from blockstat.cli.options import _status
 from evidence.checks import derived, independent
 from evidence.opinion import brackets, building, curves
 from evidence.paths import CASES
@@ -28,6 +29,18 @@ def cases() -> Path:
     if not CASES.is_dir():
         pytest.skip("no directory of cases")
     return CASES
+
+
+@pytest.fixture
+def run_command(capsys):
+    """Run a command as its console script does; the answer is the exit status and what was printed."""
+
+    def run(app, program, *arguments):
+        given = [str(argument) for argument in arguments]
+        status = _status(lambda: app(given, prog_name=program, standalone_mode=False), program)
+        return status, *capsys.readouterr()
+
+    return run
 
 
 def pytest_collection_modifyitems(config, items):

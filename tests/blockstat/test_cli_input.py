@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -31,15 +32,8 @@ NONE_ACTS = "no load of the scene acts without --case NAME, one of a, b"
 
 
 @pytest.fixture
-def run(capsys):
-    """Run a command as its console script does; the answer is the exit status and what was printed."""
-
-    def run(*arguments):
-        given = [str(argument) for argument in arguments]
-        status = _status(lambda: app(given, prog_name="blockstat", standalone_mode=False), "blockstat")
-        return status, *capsys.readouterr()
-
-    return run
+def run(run_command):
+    return partial(run_command, app, "blockstat")
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ import math
 import re
 import warnings
 from contextlib import contextmanager
+from functools import partial
 from importlib.metadata import PackageNotFoundError
 from types import SimpleNamespace
 
@@ -34,15 +35,8 @@ live = { push = 4 }
 
 
 @pytest.fixture
-def run(capsys):
-    """Run a command as its console script does; the answer is the exit status and what was printed."""
-
-    def run(*arguments):
-        given = [str(argument) for argument in arguments]
-        status = _status(lambda: app(given, prog_name="blockstat", standalone_mode=False), "blockstat")
-        return status, *capsys.readouterr()
-
-    return run
+def run(run_command):
+    return partial(run_command, app, "blockstat")
 
 
 @pytest.fixture

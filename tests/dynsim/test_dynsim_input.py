@@ -1,12 +1,12 @@
 """What the commands of `dynsim` make of files, options and warnings, before and after an analysis that is not run."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from blockstat import InputError, InputWarning
-from blockstat.cli.options import _status
 from dynsim.cli.commands import app
 
 SCENE = """\
@@ -27,15 +27,8 @@ live = { push = 2 }
 
 
 @pytest.fixture
-def run(capsys):
-    """Run a command as its console script does; the answer is the exit status and what was printed."""
-
-    def run(*arguments):
-        given = [str(argument) for argument in arguments]
-        status = _status(lambda: app(given, prog_name="dynsim", standalone_mode=False), "dynsim")
-        return status, *capsys.readouterr()
-
-    return run
+def run(run_command):
+    return partial(run_command, app, "dynsim")
 
 
 @pytest.fixture

@@ -4,13 +4,14 @@ import json
 import re
 import sys
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from blockstat import Assembly, InputError, InputWarning, Plan, Step, box, write, write_plan
-from blockstat.cli.options import INTERRUPTED, _status
+from blockstat.cli.options import INTERRUPTED
 from blockstat.design_search.candidate import Candidate, SearchResult
 from blockstat.spec import scene_from
 from building_sites import tee
@@ -26,15 +27,8 @@ WEIGHT = 2400 * WIDTH**2 * HEIGHT * 9.81  #: [N]
 
 
 @pytest.fixture
-def run(capsys):
-    """Run a command as its console script does; the answer is the exit status and what was printed."""
-
-    def run(*arguments):
-        given = [str(argument) for argument in arguments]
-        status = _status(lambda: app(given, prog_name="dynsim", standalone_mode=False), "dynsim")
-        return status, *capsys.readouterr()
-
-    return run
+def run(run_command):
+    return partial(run_command, app, "dynsim")
 
 
 def pillar():

@@ -232,7 +232,6 @@ def linear_check(
     mixed = 1 < len(bodies) <= macro_blocks and a_part_moves_alone(limit, bodies, push)
     share, _, warnings = oscillator(sums, bodies, macro_blocks, mixed=mixed)
     acceleration = alpha0 * G / (share * confidence)
-
     high = high_up(limit, bodies) if floor is None else table_ends(ground, floor.period)
 
     def needed(ag: float) -> float:
@@ -354,7 +353,10 @@ def high_up(limit: LimitLoad, bodies: Sequence[Ints]) -> tuple[str, ...]:
     moves[np.concatenate(bodies)] = True
     if (moves[pair] & support[pair[:, ::-1]]).any():
         return ()
-    return ("no block of the mechanism touches a support: high up in a building the demand is that of a floor, floor=",)
+    return (
+        "no block of the mechanism touches a support: high up in a building the demand is that of a floor, which is "
+        "given in Python, as floor=",
+    )
 
 
 def oscillator(
