@@ -116,6 +116,20 @@ def test_what_does_not_stand_has_no_directions():
         plot_directions(found, "x.png")
 
 
+def test_an_interrupt_keeps_the_directions_that_were_looked_at():
+    def stop(done, name, found):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    found = limit_load_by_direction(slab(friction=2.0), 16, progress=stop)
+    assert found.outcome is DirectionOutcome.STOPPED
+    assert found.names == ("+x", "22.5 deg", "45 deg")
+    low, high = found.horizon
+    assert low <= 0.25 <= high <= 0.5  # across, which was not looked at
+    assert "only some directions" in found.explain()
+    assert "45 deg" in found.explain()
+
+
 def test_blocks_that_touch_nothing_have_no_directions():
     apart = [box((0, 0, 2 * k), (1, 1, 2 * k + 1)) for k in range(3)]
     found = limit_load_by_direction(Assembly.from_blocks(apart, supports=[0]), 4)

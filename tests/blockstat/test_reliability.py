@@ -33,7 +33,7 @@ from blockstat import (
     write,
 )
 from blockstat.chance.first_order import MANY, FirstOrderOutcome, limit_state
-from blockstat.chance.monte_carlo import _binomial, _weighted
+from blockstat.chance.monte_carlo import ReliabilityOutcome, _binomial, _weighted
 from blockstat.chance.population import Population
 from blockstat.chance.trials import Trials
 from blockstat.loads import WeightedLoads
@@ -432,8 +432,11 @@ def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path):
         if done >= 100:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        reliability(TALL, uncertain, load=SIDE, draws=200, file=file, progress=stop)
+    stopped = reliability(TALL, uncertain, load=SIDE, draws=200, file=file, progress=stop)
+    assert stopped.outcome is ReliabilityOutcome.STOPPED
+    assert stopped.draws == 100
+    until_then = reliability(TALL, uncertain, load=SIDE, draws=100)
+    assert (stopped.failures, stopped.interval) == (until_then.failures, until_then.interval)
     assert len(file.read_text().splitlines()) == 101
     file.write_text(file.read_text() + '{"draw": 1')  # killed while it wrote
     done = []

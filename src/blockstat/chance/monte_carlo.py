@@ -46,6 +46,7 @@ class ReliabilityOutcome(Sentence):
     """The answer of `reliability`; the value is the sentence a user reads."""
 
     ESTIMATED = "Estimated: the probability that the assembly does not stand, from random draws."
+    STOPPED = "Stopped: the probability that the assembly does not stand, from the draws until then."
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +66,12 @@ class Reliability(Result):
     self_stress: int = 0  #: of the failures, those that only self-stress holds
     #: of draws about a design point: what the probability is at most by those about the mean, wherever it falls
     at_most: float | None = None
+    stopped: bool = False  #: whether an interrupt came before all draws were made
 
     @property
     def outcome(self) -> ReliabilityOutcome:
         """What kind of answer this is."""
-        return ReliabilityOutcome.ESTIMATED
+        return ReliabilityOutcome.STOPPED if self.stopped else ReliabilityOutcome.ESTIMATED
 
     def explain(self) -> str:
         """Return the probability in words, one fact a line.
@@ -181,7 +183,8 @@ def reliability(
         Processes side by side, by default one; the draws are the same. Under `joblib.parallel_config(backend="dask")`,
         or another backend, draws go to all of its workers instead.
     progress
-        Called with the draws done and those asked for.
+        Called with the draws done and those asked for. With it a KeyboardInterrupt after some draws gives the outcome
+        "stopped" and the estimate of those; without it, it is raised.
 
     Returns
     -------
@@ -233,7 +236,8 @@ def reliability(
             "give the one of the same random variables"
         )
     trials = Trials(population, load, centre, seed, reuse, flow)
-    rows = judge_all(trials, draws, file, jobs, progress)
+    rows = judge_all(trials, asked := draws, file, jobs, progress)
+    draws = len(rows)
     words = np.array([row.outcome for row in rows])
     held = words == Outcome.STABLE_ONLY_BY_SELF_STRESS.word
     failed, undecided = (words == "unstable") | held, words == "undecided"
@@ -258,6 +262,7 @@ def reliability(
         flow=flow,
         self_stress=int(held.sum()),
         at_most=at_most,
+        stopped=draws < asked,
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
+from itertools import takewhile
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -240,12 +241,13 @@ def judge_all(
     jobs
         Processes side by side; None for one, or for all workers of the backend of joblib that is in force.
     progress
-        Called with the draws done and those asked for.
+        Called with the draws done and those asked for. With it an interrupt keeps the draws until the first that is
+        missing, if there are any; without it, it is raised.
 
     Returns
     -------
     list of Row
-        In the order of the draws.
+        In the order of the draws; fewer than asked for after an interrupt.
 
     Raises
     ------
@@ -259,13 +261,18 @@ def judge_all(
     with nullcontext() if path is None else locked(path.parent, name=f".{path.name}-lock"):
         rows = {} if path is None else _opened(path, trials)
         with nullcontext() if path is None else path.open("a") as kept:
-            for fresh in _batches(trials, draws, rows, jobs):
-                rows |= {row.draw: row for row in fresh}
-                if kept is not None:
-                    append_rows(kept, map(asdict, fresh))
-                if progress is not None:
-                    progress(sum(number < draws for number in rows), draws)
-    return [rows[number] for number in range(draws)]
+            try:
+                for fresh in _batches(trials, draws, rows, jobs):
+                    if kept is not None:
+                        append_rows(kept, map(asdict, fresh))
+                    rows |= {row.draw: row for row in fresh}
+                    if progress is not None:
+                        progress(sum(number < draws for number in rows), draws)
+            except KeyboardInterrupt:
+                if progress is None or 0 not in rows:
+                    raise
+    # Those after one that is missing were the faster ones: they would say that fewer fall.
+    return [*takewhile(lambda row: row is not None, map(rows.get, range(draws)))]
 
 
 def _batches(trials: Trials, draws: int, rows: Mapping[int, Row], jobs: int | None) -> Iterator[list[Row]]:

@@ -114,12 +114,9 @@ def reliability_command(
         raise InputError("--first-order asks when a load is not carried; give it by --load AX,AY,AZ")
     point = design_point(assembly, random, **options) if first_order else None
     options |= {"about": point, "flow": flow, "file": output, "jobs": jobs, "progress": _Progress()}
-    try:
-        found = reliability(assembly, random, draws=draws, seed=seed, **options)
-    except KeyboardInterrupt:
-        if output is not None:
-            typer.echo(f"{output} keeps the draws that were made: the same command goes on from there", err=True)
-        raise
+    found = reliability(assembly, random, draws=draws, seed=seed, **options)
+    if found.stopped and output is not None:
+        typer.echo(f"{output} keeps the draws that were made: the same command goes on from there", err=True)
     if as_json:
         first = {} if point is None else {"first_order": point.summary()}
         print_json({"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **first})

@@ -100,7 +100,7 @@ def over_the_horizon(
     with at_work("limit loads over the horizon") as say:
 
         def progress(done: int, name: str, found: LimitLoad) -> None:
-            say(f"{done} of at least {directions} directions, {found.upper:.4g} towards {name}")
+            say(f"{done} of at least {directions} directions, {found.upper:.4g} towards {name} (Ctrl-C keeps them)")
 
         options: dict[str, Any] = {"flow": flow, "gap": gap, "tolerance": tolerance}
         found = limit_load_by_direction(assembly, directions, progress=progress, **options)

@@ -7,7 +7,7 @@ multiplier in all others: from below by the polygon of the points, from above by
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -43,6 +43,7 @@ class DirectionOutcome(Sentence):
     UNBOUNDED = "Unbounded: the assembly carries any multiple of a horizontal load, in every direction asked for."
     DEAD_LOAD_UNSTABLE = "Infeasible under dead load: the assembly does not stand without the load."
     UNDECIDED = "Undecided: the bounds of a direction that may be the weakest could not be proven."
+    STOPPED = "Stopped: only some directions of the horizon were looked at."
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +60,7 @@ class DirectionalLimits(Result):
     horizon: tuple[float, float]
     assembly: Assembly
     warnings: tuple[str, ...] = ()
+    stopped: bool = False  #: whether an interrupt came before all directions were looked at
 
     @property
     def outcome(self) -> DirectionOutcome:
@@ -66,6 +68,8 @@ class DirectionalLimits(Result):
         found = {limit.outcome for limit in self.limits}
         if LoadOutcome.DEAD_LOAD_UNSTABLE in found:
             return DirectionOutcome.DEAD_LOAD_UNSTABLE
+        if self.stopped:
+            return DirectionOutcome.STOPPED
         if self.open:
             return DirectionOutcome.UNDECIDED
         return DirectionOutcome.UNBOUNDED if found == {LoadOutcome.UNBOUNDED} else DirectionOutcome.LIMIT
@@ -129,7 +133,7 @@ class DirectionalLimits(Result):
             One fact a line.
         """
         lines = [self.outcome.value]
-        if self.outcome is DirectionOutcome.LIMIT:
+        if self.outcome in (DirectionOutcome.LIMIT, DirectionOutcome.STOPPED):
             lines += self._least_words()
             width = max(map(len, self.names))
             lines += [
@@ -146,6 +150,8 @@ class DirectionalLimits(Result):
 
     def _least_words(self) -> list[str]:
         """The least multiplier: without dilatancy where that was asked for, and with associated friction."""
+        if not np.isfinite(self.least.upper):  # nothing but unbounded ones until an interrupt
+            return []
         (low, high), weakest, lines, basis = self.horizon, self.weakest_coulomb, [], ""
         if weakest is not None:
             bounds, basis = self.coulomb_least, " with associated friction"
@@ -229,7 +235,8 @@ def limit_load_by_direction(
     friction, gravity, loads, gap, interfaces, solver, flow, tolerance
         As in `blockstat.limit_load`.
     progress : callable, optional
-        Called after each direction with how many are done, its name and its limit load.
+        Called after each direction with how many are done, its name and its limit load. With it a KeyboardInterrupt
+        after the first direction ends the search, and the outcome is "stopped"; without it, it is raised.
 
     Returns
     -------
@@ -266,31 +273,33 @@ def limit_load_by_direction(
             f"and at most {MOST_DIRECTIONS:,}"
         )
     assembly = assembly if gravity is None else assembly.with_(gravity=gravity)
-    axes, done = horizontal(assembly), []
+    axes = horizontal(assembly)
     problem = pose(assembly, friction=friction, gravity=None, loads=loads, gap=gap, interfaces=interfaces)
 
-    def limit(angle: float) -> LimitLoad:
-        options: dict[str, Any] = {"friction": friction, "loads": loads, "gap": gap, "interfaces": problem.given}
-        options |= {"solver": solver, "flow": flow, "tolerance": tolerance}
-        found = limit_load(assembly, _towards(axes, angle), **options)
-        done.append(angle)
-        if progress is not None:
-            progress(len(done), _name(angle, _towards(axes, angle)), found)
-        return found
-
-    angles = [2 * np.pi * k / directions for k in range(directions)]
-    first = limit(angles[0])
+    options: dict[str, Any] = {"friction": friction, "loads": loads, "gap": gap, "interfaces": problem.given}
+    options |= {"solver": solver, "flow": flow, "tolerance": tolerance}
+    angles: list[float] = []
+    limits: list[LimitLoad] = []
+    stopped = False
+    try:
+        for angle in _to_look_at(directions, angles, limits, axes, refine):
+            towards = _towards(axes, angle)
+            found = limit_load(assembly, towards, **options)
+            angles.append(angle)
+            limits.append(found)
+            if progress is not None:
+                progress(len(limits), _name(angle, towards), found)
+            if found.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:  # so it is in every direction
+                angles = [2 * np.pi * k / directions for k in range(directions)]
+                limits = [found] * directions
+                break
+    except KeyboardInterrupt:
+        if progress is None or not limits:
+            raise
+        stopped = True
+    first = limits[0]
     stands = first.outcome is not LoadOutcome.DEAD_LOAD_UNSTABLE
-    limits = [first, *(limit(angle) if stands else first for angle in angles[1:])]
-    low, high, weakest = _least(angles, limits, axes) if stands else (-np.inf, first.upper, 0.0)
-    for _ in range(FURTHER if stands and refine else 0):
-        known = np.abs(np.exp(1j * np.array(angles)) - np.exp(1j * weakest)).min() < SAME
-        narrow = high - low <= NARROW * high and min(found.upper for found in limits) <= high * (1 + NARROW)
-        if known or narrow or not np.isfinite(high):
-            break
-        angles.append(weakest)
-        limits.append(limit(weakest))
-        low, high, weakest = _least(angles, limits, axes)
+    low, high, _ = _least(angles, limits, axes) if stands else (-np.inf, first.upper, 0.0)
     order = np.argsort(angles, kind="stable")
     return DirectionalLimits(
         angles=np.array(angles)[order],
@@ -299,7 +308,22 @@ def limit_load_by_direction(
         horizon=(low, high),
         assembly=first.assembly,
         warnings=tuple(dict.fromkeys([*problem.warnings, *first.warnings])),
+        stopped=stopped,
     )
+
+
+def _to_look_at(
+    directions: int, angles: list[float], limits: list[LimitLoad], axes: Floats, refine: bool
+) -> Iterator[float]:
+    """The angles of the directions, and then, from what was found so far, those that may be weaker."""
+    yield from (2 * np.pi * k / directions for k in range(directions))
+    for _ in range(FURTHER if refine else 0):
+        low, high, weakest = _least(angles, limits, axes)
+        known = np.abs(np.exp(1j * np.array(angles)) - np.exp(1j * weakest)).min() < SAME
+        narrow = high - low <= NARROW * high and min(found.upper for found in limits) <= high * (1 + NARROW)
+        if known or narrow or not np.isfinite(high):
+            return
+        yield weakest
 
 
 def horizontal(assembly: Assembly) -> Floats:
