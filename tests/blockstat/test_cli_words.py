@@ -69,8 +69,7 @@ def places(tmp_path):
         ("prove {post} --limit -o {folder}/p.json", "--load AX,AY,AZ or --case NAME with live loads is needed"),
         ("cases {post} --loads {none}", "none.toml: there are no load cases; write them as [cases.NAME]"),
         ("cases {post}", "post.json: there are no load cases"),
-        ("limit {post} --directions 4 --case growing --loads {cases}", "--case and --directions are different"),
-        ("limit {post} --directions 4 --loads {cases}", "--case and --directions are different questions"),
+        ("limit {post} --directions 4 --loads {cases}", "--loads gives load cases; choose one by --case NAME"),
         ("limit {post} --directions 4 --imperfection edge=3mm", "--imperfection goes with --load or --case"),
         ("reliability {post}", "post.json: nothing is uncertain; write [uncertain] in the scene, or give --uncertain"),
         ("reliability {post} --uncertain friction=uniform,0.4,0.6 --first-order", "--first-order asks when a load is"),
@@ -313,6 +312,17 @@ def test_the_blocks_that_may_be_taken_out_are_counted_and_the_others_named(run, 
         "stone0: unstable; first to move: stone1",
     ]
     assert [path.name for path in tmp_path.iterdir()] == ["tower.json"]
+
+
+def test_the_loads_of_a_case_stay_in_all_directions(run, places):
+    # A push of .8 acts already of the 1 that tips the post of weight 2.
+    command = "limit {post} --directions 4 --case resting --loads {cases} --json"
+    status, out, err = run(*command.format(**places).split())
+    assert (status, err) == (0, "")
+    told = json.loads(out)
+    assert told["case"] == "resting"
+    upper = {row["name"]: row["upper"] for row in told["directions"]}
+    assert [upper[name] for name in ("+x", "-x", "+y", "-y")] == pytest.approx([0.1, 0.9, 0.5, 0.5], rel=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -267,11 +267,10 @@ def limit(
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
     if directions is not None:
-        if case is not None or loads is not None:
-            raise InputError("--case and --directions are different questions; ask for one of them")
         if imperfection:
             raise InputError("--imperfection goes with --load or --case")
-        over_the_horizon(file, assembly, directions, flow, tolerance, output, units, near, as_json)
+        acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
+        over_the_horizon(file, assembly, directions, acting, flow, tolerance, output, units, near, as_json)
         return
     acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     growing, permanent = load_and_loads(load, acting, weighted=True)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from blockstat.cli.cases import doubt_loads
 from blockstat.cli.options import (
     PORT,
     FileArgument,
@@ -116,6 +117,8 @@ def plot_command(
     to_write(output)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
+    if not plain:
+        doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
     if plain:
         plot(assembly, output, title=assembly.name, **look)
     elif stone and direction is not None:

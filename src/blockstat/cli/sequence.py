@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from blockstat.cli.cases import doubt_loads
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -118,6 +119,7 @@ def sequence(
 
     _refuse_unheeded(context)
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
+    doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
     options: dict[str, Any] = {"gap": gap_of(gap), "flow": flow}
     head = {"file": str(file)}
     if remove:

@@ -48,6 +48,7 @@ from blockstat.system.writing import written_whole
 if TYPE_CHECKING:
     from blockstat.analysis.limit_load import LimitLoad
     from blockstat.assembly import Assembly
+    from blockstat.loading.cases import LoadCase
 
 Page = Annotated[
     Path,
@@ -64,6 +65,7 @@ def over_the_horizon(
     file: Path,
     assembly: Assembly,
     directions: int,
+    acting: LoadCase | None,
     flow: str,
     tolerance: float,
     output: Path | None,
@@ -81,6 +83,8 @@ def over_the_horizon(
         Its blocks.
     directions : int
         How many directions.
+    acting : LoadCase or None
+        Loads that stay.
     flow : str
         "associated" or "coulomb".
     tolerance : float
@@ -103,13 +107,15 @@ def over_the_horizon(
             say(f"{done} of at least {directions} directions, {found.upper:.4g} towards {name} (Ctrl-C keeps them)")
 
         options: dict[str, Any] = {"flow": flow, "gap": gap, "tolerance": tolerance}
+        options["loads"] = None if acting is None else acting.loads
         found = limit_load_by_direction(assembly, directions, progress=progress, **options)
     if output is not None and not found.has_limits:
         typer.echo(f"{output}: not written, for there are no limit loads to draw", err=True)
         output = None
     with drawn(output=(plot_directions, found, output)) as files:
         if as_json:
-            print_json({"file": str(file), **inputs(assembly, units=units, gap=gap), **found.summary(), **files})
+            echo = inputs(assembly, units=units, gap=gap) | ({"case": acting.name} if acting else {})
+            print_json({"file": str(file), **echo, **found.summary(), **files})
             return
         basis = said(assembly, units=units, gap=gap)
         typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from blockstat.cli.cases import doubt_loads
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -57,6 +58,7 @@ def sequence(
     if plan is None:
         file, plan = _assembly_of(file), file
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
+    doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
     steps = read_plan(plan, assembly)
     settings = Settings.named(preset, **(STEP if preset != "careful" else {}))  # what is asked for with care stays
     found = run(assembly, steps, settings=settings, gap=near)
