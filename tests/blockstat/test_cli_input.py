@@ -58,6 +58,12 @@ def test_warnings_about_the_input_are_in_the_json_of_the_command_that_gives_them
         assert f"{scene}: {NONE_ACTS}" in json.loads(run(command, scene, *asked, "--json")[1])["warnings"]
     tilted = json.loads(run("check", scene, "--case", "a", "--tilt", "y,1", "--json")[1])["warnings"]
     assert tilted[0] == "--tilt y,1 rotates gravity alone; loads of a case stay as they are"
+    around = json.loads(run("limit", scene, "--directions", 4, "--json")[1])
+    assert f"{scene}: {NONE_ACTS}" in around["warnings"]
+    with_loads = run("limit", scene, "--directions", 4, "--case", "b", "--json")[1]
+    assert not any(NONE_ACTS in text for text in json.loads(with_loads)["warnings"])
+    taken = json.loads(run("sequence", scene, "--remove-each", "--json")[1])["warnings"]
+    assert taken == [f"{scene}: no load of the scene acts here: this command takes no load case, as a, b"]
     assert json.loads(run("check", two, "--json")[1])["warnings"] == []
     assert json.loads(run("sequence", two, "--remove-each", "--json")[1])["warnings"] == []
 
@@ -76,6 +82,11 @@ def test_warnings_about_the_input_are_in_the_report_and_on_standard_error(
     assert words in told
     assert (NONE_ACTS in told) is not bool(chosen)
     assert "Warnings</h2><p>None" not in page
+
+
+def test_a_picture_of_forces_is_told_that_no_load_acts(run, scene, tmp_path):
+    with pytest.warns(match="no load of the scene acts here"):
+        assert run("plot", scene, "-o", tmp_path / "forces.png", "--forces")[0] == 0
 
 
 @pytest.fixture
