@@ -861,7 +861,8 @@ def test_options_of_overlaps_are_named():
 
 
 def test_options_of_the_search_are_named():
-    assert as_searched(None, 0.01) is None
+    whole = assembly([box((0, 0, 0), (1, 1, 1))])
+    assert as_searched(whole, 0.01) is whole
     for call in (find_interfaces, near_blocks):
         with pytest.raises(TypeError):
             call(None, 0.01)

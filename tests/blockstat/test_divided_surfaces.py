@@ -303,3 +303,60 @@ def test_a_stone_in_a_cavity_of_a_stone_may_have_a_cavity():
     for wrong in ((True, True, False), (False, True, False), (True, True, True)):
         with pytest.raises(InputError, match="one of its surfaces looks the wrong way"):
             nested(*wrong)
+
+
+def in_triangles(block, first=0):
+    """A block whose faces of four corners are two triangles each, cut at one diagonal or the other."""
+    faces = []
+    for face in block.faces:
+        a, b, c, d = np.roll(face, first) if len(face) == 4 else [None] * 4
+        faces += [[a, b, c], [a, c, d]] if len(face) == 4 else [list(face)]
+    return Block(np.array(block.vertices), faces)
+
+
+def in_single_precision(block):
+    return Block(np.asarray(block.vertices, dtype=np.float32).astype(float), block.faces)
+
+
+#: 20 m away: single precision then moves the corners of a face by micrometres out of its plane.
+FAR_AWAY = box((20, 0, -1), (21, 1, 0))
+
+
+@pytest.mark.parametrize("made", [in_triangles, lambda block: in_triangles(block, 1)], ids=["one", "other"])
+@pytest.mark.parametrize("rounded", [False, True])
+def test_triangles_add_no_contact_with_a_wall_that_the_stone_does_not_touch(made, rounded):
+    # The stone leans away from a wall 1.5 mm off and is sunk by .2 mm: on a friction of .4 it slides at .4.
+    floor = prism([(-0.2, -0.3), (1, -0.3), (1, 0), (0, 0), (0, 0.2), (-0.2, 0.2)], 0.0, 0.4)
+    x, z = 0.0015, -0.0002
+    stone = prism([(x, z), (x + 0.3, z), (x + 0.345, z + 0.4), (x + 0.045, z + 0.4)], 0.0012, 0.4012)
+    for blocks in ([floor, stone], [made(floor), made(stone)]):
+        blocks = [*map(in_single_precision, blocks), FAR_AWAY] if rounded else blocks
+        asm = Assembly.from_blocks(blocks, supports=[0] if not rounded else [0, 2], friction=0.4)
+        assert find_interfaces(asm).contacts["edge"] == 0
+        found = limit_load(asm, (-1, 0, 0))
+        assert (found.lower, found.upper) == pytest.approx((0.4, 0.4), rel=1e-5)
+
+
+@pytest.mark.parametrize("first", range(2))
+def test_a_bed_that_is_open_beyond_the_tolerance_at_one_end_is_none_in_triangles_either(first):
+    # A stone on one edge of its bed, which is open by 9.6 mm at the other end: nothing holds it up there.
+    lean = Rotation.from_euler("y", -np.arcsin(0.0096 / 1.0)).as_matrix()
+    stone = Block(np.asarray(box((0, 0, 0), (1, 0.6, 0.7)).vertices) @ lean.T, box((0, 0, 0), (1, 1, 1)).faces)
+    for blocks in ([GROUND, stone], [in_triangles(GROUND, first), in_triangles(stone, 1 - first)]):
+        asm = Assembly.from_blocks(blocks, supports=[0])
+        assert not find_interfaces(asm).contacts["face"]
+        assert assess(asm).outcome is Outcome.UNSTABLE
+
+
+@pytest.mark.parametrize("load", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)])
+def test_a_face_of_slender_triangles_is_as_wide_as_it_is(load):
+    # A cube of .3 m, .5 mm above its bed; its lower face is a fan to 300 points of one edge. Contacts are half way.
+    across = np.linspace(0.3, 0, 301)
+    lower = [(0, 0), (0.3, 0), *((x, 0.3) for x in across)]
+    m = len(lower)
+    corners = [(x, y, 0.0005) for x, y in lower] + [(x, y, 0.3005) for x, y in ((0, 0), (0.3, 0), (0.3, 0.3), (0, 0.3))]
+    fan = [[0, k + 1, k] for k in range(1, m - 1)]
+    sides = [[m, m + 1, m + 2, m + 3], [0, 1, m + 1, m], [1, 2, m + 2, m + 1], [m - 1, 0, m, m + 3]]
+    cube = Block(np.array(corners), [*fan, *sides, [*range(2, m), m + 3, m + 2]])
+    found = limit_load(Assembly.from_blocks([GROUND, cube], supports=[0], friction=1.2), load)
+    assert (found.lower, found.upper) == pytest.approx([0.15 / 0.15025] * 2, rel=1e-5)

@@ -20,7 +20,7 @@ from blockstat.contact.coplanar import Parts, Patches, corner_shares, merge_copl
 from blockstat.contact.edges import Tolerances, edge_contacts, keys_of_overlap
 from blockstat.contact.faces import concave_patches, convex_faces, frames, gaps_of_surfaces, planar
 from blockstat.contact.features import ContactKind
-from blockstat.contact.tolerance import FLATNESS, GAP, allowed_gap, stated_length
+from blockstat.contact.tolerance import FLATNESS, GAP, ROUNDING, allowed_gap, stated_length
 from blockstat.errors import known_options
 from blockstat.geometry import clipping as clip
 from blockstat.geometry.broad_phase import near_pairs
@@ -266,11 +266,14 @@ def as_searched(assembly: Assembly, gap: float | str) -> Assembly:
     Returns
     -------
     Assembly
-        The blocks themselves, or with facets if the gap is a length: it says how exact the geometry is.
+        The blocks with facets: faces in one plane are one, however a mesh divides them. Planes are one up to the
+        rounding of single precision, and up to a part of the gap if that is a length: it says how exact the geometry
+        is.
     """
+    flat = FLATNESS * allowed_gap(assembly, gap)
     if stated_length(gap) is None:
-        return assembly
-    return facets(assembly, tolerance=FLATNESS * allowed_gap(assembly, gap))
+        flat = np.minimum(flat, ROUNDING * float(np.ptp(assembly.vertices, axis=0).max(initial=0.0)))
+    return facets(assembly, tolerance=flat)
 
 
 @dataclass(frozen=True)

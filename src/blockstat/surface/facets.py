@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from blockstat.geometry.polyhedron import Polyhedra, next_in_face
+from blockstat.geometry.polyhedron import Polyhedra, members, next_in_face
 from blockstat.typing import Floats, Ints
 
 Solid = TypeVar("Solid", bound=Polyhedra)
@@ -143,17 +143,41 @@ def _flat_regions(solid: Polyhedra, label: Ints, sides: Ints, tolerance: Floats)
 
     A face that is narrower than the tolerance may have any direction: that of a sliver is noise.
     """
+    normal, allowed = solid.planes.normal[sides], tolerance[solid.face_block[sides]]
+    low, high = solid.face_bounds
+    narrow = solid.planes.area <= tolerance[solid.face_block] * np.linalg.norm(high - low, axis=1)
+    alike = np.einsum("ij,ij->i", normal[:, 0], normal[:, 1]) >= np.cos(2 * LEAN)
+    sides = sides[(alike | narrow[sides].any(axis=1)) & (allowed[:, 0] > 0)]
     ends = label[sides]
     ends = np.unique(np.sort(ends[ends[:, 0] != ends[:, 1]], axis=1), axis=0)
-    ends = ends[tolerance[solid.face_block[ends[:, 0]]] > 0]
     if not len(ends):
         return label
     merged = np.arange(len(label))
     block = solid.face_block[ends[:, 0]]
-    for one in np.unique(block):
+    for one in np.unique(block[_may_be_one(solid, label, ends, tolerance[block])]):
         for region, into in _cluster(solid, label, ends[block == one], float(tolerance[one])):
             merged[region] = into
     return merged[label]
+
+
+def _may_be_one(solid: Polyhedra, label: Ints, ends: Ints, tolerance: Floats) -> np.ndarray:
+    """Whether the corners of each two regions lie between two planes as near as the tolerance, shape (n_ends,)."""
+    area = np.zeros((len(label), 3))
+    np.add.at(area, label, solid.planes.normal * solid.planes.area[:, None])
+    owner = np.repeat(label, np.diff(solid.face_start))
+    order = np.argsort(owner, kind="stable")
+    count = np.bincount(owner, minlength=len(label))
+    first = np.cumsum(count) - count
+    normal = area[ends].sum(axis=1)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    low, high = np.full(len(ends), np.inf), np.full(len(ends), -np.inf)
+    for side in ends.T:
+        row, place = members(first[side], count[side])
+        corner = solid.vertices[solid.face_vertices[order[place]]] - solid.centroid[solid.face_block[side]][row]
+        height = np.einsum("ij,ij->i", corner, normal[row])
+        np.minimum.at(low, row, height)
+        np.maximum.at(high, row, height)
+    return high - low <= tolerance
 
 
 def _cluster(solid: Polyhedra, label: Ints, ends: Ints, tolerance: float) -> list[tuple[int, int]]:
@@ -183,8 +207,8 @@ def _cluster(solid: Polyhedra, label: Ints, ends: Ints, tolerance: float) -> lis
             if cost >= 0:
                 heappush(heap, (cost, near, number))
         number += 1
-    for members in parts.values():
-        into.update(dict.fromkeys(members, min(members)))
+    for grouped in parts.values():
+        into.update(dict.fromkeys(grouped, min(grouped)))
     return list(into.items())
 
 
