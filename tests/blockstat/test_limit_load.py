@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from blockstat import Imperfections, LoadOutcome, limit_load
+from blockstat import Assembly, Imperfections, LoadOutcome, box, limit_load
 from blockstat.analysis import coulomb
 from blockstat.analysis import limit_load as module
 from blockstat.solve.answer import Status
@@ -82,3 +82,11 @@ def test_a_bracket_that_only_rounding_narrows_ends():
     pushed = limit_load(ties.pair(1e8, 1.0), (1, 0, 0), loads=1.25 * (1 - 1e-5) * ties.LIGHT)
     assert pushed.outcome is LoadOutcome.UNDECIDED
     assert 0.0 <= pushed.lower <= pushed.upper < float("inf")
+
+
+@pytest.mark.parametrize(("open_by", "words"), [(0.004, "1 of 1 joints do not quite close"), (0.02, "not taken")])
+def test_a_limit_that_hangs_on_the_joint_tolerance_says_so(open_by, words):
+    # A cube of 1 m above the ground: up to .01 m a joint, beyond it none.
+    blocks = [box((-2, -2, -1), (3, 3, 0)), box((0, 0, open_by), (1, 1, 1 + open_by))]
+    found = limit_load(Assembly.from_blocks(blocks, supports=[0]), (1, 0, 0))
+    assert [words in text for text in found.warnings].count(True) == 1

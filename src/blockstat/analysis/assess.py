@@ -342,7 +342,7 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
         solver=answer.solver if answer is not None else "none",
         timings=timings,
         floating=problem.floating,
-        warnings=(*problem.warnings, *blocked, *gap_warnings(problem, outcome)),
+        warnings=(*problem.warnings, *blocked, *gap_warnings(problem, more_may_help=outcome is not Outcome.STABLE)),
         bonds=problem.to_bonds(force),
         ties=problem.to_ties(force),
     )

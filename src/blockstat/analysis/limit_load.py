@@ -17,7 +17,7 @@ import numpy as np
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.coulomb import multiplier_brackets
 from blockstat.analysis.decision import Bound, decide, narrowed, outcome_of, proven_bounds
-from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
+from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, gap_warnings, pose, timed
 from blockstat.analysis.reserve import limit_warning
 from blockstat.analysis.rims import judged_with_rims, overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, fastest_first, first_words, moving_joints, unit_motion
@@ -309,12 +309,13 @@ def limit_load(
     with timed(timings, "solve"):
         how = {"optimum": optimum, "progress": progress}
         outcome, lower, upper, force, twist, iterations = _bracket(problem, direction, solver, tolerance, **how)
-    warnings = (*problem.warnings, *problem.strengths) if outcome is LoadOutcome.UNBOUNDED else problem.warnings
+    endless = outcome is LoadOutcome.UNBOUNDED
+    doubts = [*(problem.strengths if endless else ()), *gap_warnings(problem, more_may_help=not endless)]
     found = LimitLoad(
         outcome=outcome, lower=lower, upper=upper, forces=problem.to_points(force),
         mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)), interfaces=problem.interfaces,
-        assembly=problem.assembly, warnings=warnings, timings=timings, bonds=problem.to_bonds(force),
-        ties=problem.to_ties(force), iterations=iterations,
+        assembly=problem.assembly, warnings=(*problem.warnings, *doubts), timings=timings,
+        bonds=problem.to_bonds(force), ties=problem.to_ties(force), iterations=iterations,
     )  # fmt: skip
     with timed(timings, "contacts without a normal or a width"):
         found = _beyond_doubt(problem, found, again, tolerance)

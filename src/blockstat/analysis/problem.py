@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.verdict import Outcome
 from blockstat.certificate.interior_motions import expansions
 from blockstat.contact.cells import refine
 from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
@@ -506,15 +505,15 @@ def _distances(assembly: Assembly) -> str:
     )
 
 
-def gap_warnings(problem: Problem, outcome: Outcome) -> list[str]:
-    """Say when the verdict may hang on the joint tolerance.
+def gap_warnings(problem: Problem, *, more_may_help: bool) -> list[str]:
+    """Say when the answer may hang on the joint tolerance.
 
     Parameters
     ----------
     problem
         The posed problem.
-    outcome
-        Its outcome.
+    more_may_help
+        Whether further joints may change the answer; they do not where all is carried.
 
     Returns
     -------
@@ -524,7 +523,7 @@ def gap_warnings(problem: Problem, outcome: Outcome) -> list[str]:
     assembly, interfaces, gap = problem.assembly, problem.interfaces, problem.gap
     found = []
     near = [d for d in interfaces.dropped if d.reason == "gap"]
-    if outcome is not Outcome.STABLE and near:
+    if more_may_help and near:
         least = min(near, key=lambda d: d.value / d.limit)
         a, b = assembly.names[least.a], assembly.names[least.b]
         found.append(

@@ -235,8 +235,8 @@ def tilt_limit(
 
 def _with_warnings(found: Bracket, problem: Problem, *more: str) -> Bracket:
     """A bracket with what its reader must know of the joints; of near ones where the assembly does not stand."""
-    outcome = Outcome.UNDECIDED if math.isnan(found.stands) else Outcome.STABLE
-    return replace(found, warnings=(*problem.warnings, *gap_warnings(problem, outcome), *more))
+    doubts = gap_warnings(problem, more_may_help=math.isnan(found.stands))
+    return replace(found, warnings=(*problem.warnings, *doubts, *more))
 
 
 def _tilt(problem: Problem, unit: Floats, loads: Loads | None, solver: str, flow: str) -> Bracket:
