@@ -318,23 +318,40 @@ def in_single_precision(block):
     return Block(np.asarray(block.vertices, dtype=np.float32).astype(float), block.faces)
 
 
-#: 20 m away: single precision then moves the corners of a face by micrometres out of its plane.
-FAR_AWAY = box((20, 0, -1), (21, 1, 0))
-
-
-@pytest.mark.parametrize("made", [in_triangles, lambda block: in_triangles(block, 1)], ids=["one", "other"])
-@pytest.mark.parametrize("rounded", [False, True])
-def test_triangles_add_no_contact_with_a_wall_that_the_stone_does_not_touch(made, rounded):
-    # The stone leans away from a wall 1.5 mm off and is sunk by .2 mm: on a friction of .4 it slides at .4.
+def stone_at_a_wall(off, sunk, made):
+    """A stone that leans away from a wall, so far off it and so deep in the floor, and a stone 20 m away."""
     floor = prism([(-0.2, -0.3), (1, -0.3), (1, 0), (0, 0), (0, 0.2), (-0.2, 0.2)], 0.0, 0.4)
-    x, z = 0.0015, -0.0002
-    stone = prism([(x, z), (x + 0.3, z), (x + 0.345, z + 0.4), (x + 0.045, z + 0.4)], 0.0012, 0.4012)
-    for blocks in ([floor, stone], [made(floor), made(stone)]):
-        blocks = [*map(in_single_precision, blocks), FAR_AWAY] if rounded else blocks
-        asm = Assembly.from_blocks(blocks, supports=[0] if not rounded else [0, 2], friction=0.4)
-        assert find_interfaces(asm).contacts["edge"] == 0
-        found = limit_load(asm, (-1, 0, 0))
-        assert (found.lower, found.upper) == pytest.approx((0.4, 0.4), rel=1e-5)
+    foot = np.array([(0, 0), (0.3, 0), (0.345, 0.4), (0.045, 0.4)]) + (off, -sunk)
+    blocks = [made(floor), made(prism(foot, 0.0012, 0.4012)), box((20, 0, -1), (21, 1, 0))]
+    return Assembly.from_blocks(blocks, supports=[0, 2], friction=0.4)
+
+
+MADE = {
+    "whole": lambda block: block,
+    "triangles": in_triangles,
+    "other diagonals": lambda block: in_triangles(block, 1),
+    "single precision": in_single_precision,
+    "triangles in single precision": lambda block: in_single_precision(in_triangles(block)),
+}
+
+
+@pytest.mark.parametrize("made", MADE.values(), ids=MADE)
+@pytest.mark.parametrize("sunk", [0.0, 1e-6, 2e-4, 1e-3])
+@pytest.mark.parametrize("off", [0.0, 0.0015])
+def test_a_stone_keeps_its_contact_at_the_foot_of_a_wall_however_it_is_divided_and_sunk(made, sunk, off):
+    # Pushed to the wall it rocks about its foot, which contacts have in the middle of the overlap. Friction of the wall
+    # adds its moment about the foot of the bed, half of the gap away: at most mu (a + mu) / (1 - mu2) of the weight.
+    found = limit_load(stone_at_a_wall(off, sunk, made), (-1, 0, 0))
+    rocks = 0.1725 / (0.2 - sunk / 2)
+    rubs = 0.4 * (0.9 + 0.4) / (1 - 0.4**2) * off / 2 / 0.2
+    assert rocks * (1 - 1e-4) <= found.lower <= found.upper <= (rocks + rubs) * (1 + 1e-4)
+
+
+@pytest.mark.parametrize("made", MADE.values(), ids=MADE)
+@pytest.mark.parametrize("sunk", [1e-6, 2e-4, 1e-3])
+def test_a_stone_beyond_the_reach_of_a_wall_slides_to_it(made, sunk):
+    found = limit_load(stone_at_a_wall(0.02, sunk, made), (-1, 0, 0))
+    assert (found.lower, found.upper) == pytest.approx((0.4, 0.4), rel=1e-4)
 
 
 @pytest.mark.parametrize("first", range(2))

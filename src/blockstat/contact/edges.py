@@ -81,6 +81,7 @@ def edge_contacts(
         free = found.take(~found.rim)
         free = free.take(~covered(search, free, known, ONE_PATCH))
         known = known.with_more(kind, free.take(~_overlaps_at_rims(search, free, patches, tolerances)), pairs)
+    known = _with_sunk(search, known, patches, tolerances)
     if len(known.row) == len(row):
         return patches, None, rims, []
     rest = np.setdiff1d(np.arange(len(patches.pair)), own)
@@ -433,15 +434,47 @@ def _overlaps_at_rims(search: Search, features: Features, patches: Patches, tole
     return lost
 
 
-def _stays(search: Search, features: Features, apart: Floats, tolerances: Tolerances) -> np.ndarray:
-    """Whether each feature is still there when the second block of its pair is moved."""
-    n = len(features.row)
-    pairs = search.pairs[features.row]
+def _with_sunk(search: Search, known: Contacts, patches: Patches, tolerances: Tolerances) -> Contacts:
+    """The contacts with those that are there when a bed that overlaps is moved apart by the overlap, and only then.
+
+    An edge at the foot of a wall sinks below that foot with its bed, and a wall ends at its foot.
+    """
+    faces = known.kind == ContactKind.FACE
+    deep = faces & (known.patches.overlap > search.rounding[known.row])
+    rows, beds = known.row[deep], known.patches.take(np.flatnonzero(deep))
+    if not len(rows):
+        return known
+    apart = beds.overlap[:, None] * beds.frame[:, 0]
+    wide = replace(search, rounding=search.rounding + np.bincount(rows, beds.overlap, len(search.pairs)))
+    kinds = ContactKind.EDGE, ContactKind.CORNER, ContactKind.CROSSING
+    for kind, found in zip(
+        kinds, features_of(_moved(search, rows, apart, tolerances), tolerances.steepest), strict=True
+    ):
+        bed = found.row
+        across = np.abs(np.einsum("ij,ij->i", found.normal, beds.frame[bed, 0])) < ONE_PATCH
+        found, bed = replace(found, row=rows[bed]), bed[across & ~found.rim]
+        found = found.take(across & ~found.rim)
+        new = ~covered(wide, found, known, ONE_PATCH)
+        found = found.take(new)
+        found = replace(found, ends=found.ends - apart[bed[new], None] / 2)  # in the middle of the overlap, as the bed
+        known = known.with_more(kind, found.take(~_overlaps_at_rims(search, found, patches, tolerances)), search.pairs)
+    return known
+
+
+def _moved(search: Search, row: Ints, apart: Floats, tolerances: Tolerances) -> Search:
+    """A search in copies of some pairs, of which the second block is moved; its pairs have the order of the rows."""
+    pairs = search.pairs[row]
     copies = search.assembly.copied(pairs.reshape(-1))
     shift = np.stack([np.zeros_like(apart), apart], axis=1).reshape(-1, 3)
     copies = replace(copies, vertices=copies.vertices + shift[copies.vertex_block])
     allowed = replace(tolerances, allowed=tolerances.allowed[pairs].reshape(-1))
-    again = search_of(copies, np.arange(2 * n).reshape(-1, 2), allowed, rims=False)
+    return search_of(copies, np.arange(2 * len(row)).reshape(-1, 2), allowed, rims=False)
+
+
+def _stays(search: Search, features: Features, apart: Floats, tolerances: Tolerances) -> np.ndarray:
+    """Whether each feature is still there when the second block of its pair is moved."""
+    n = len(features.row)
+    again = _moved(search, features.row, apart, tolerances)
     # Edges steeper than those that may lie in the bed meet no further from where they met.
     reach = np.linalg.norm(apart, axis=1) / np.sqrt(1 - ONE_PATCH**2) + 2 * again.rounding
     stays = np.zeros(n, dtype=bool)
