@@ -7,7 +7,7 @@ from collections import Counter, defaultdict
 import numpy as np
 
 from blockstat import find_interfaces
-from blockstat.contact.penetration import convex_blocks, overlaps
+from blockstat.contact.overlap.penetration import convex_blocks, overlaps
 
 
 def sound(assembly, *, convex: bool = False):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from blockstat import assess, build, find_interfaces, load_scene, scene_from
-from blockstat.contact.penetration import convex_blocks, overlaps
+from blockstat.contact.overlap.penetration import convex_blocks, overlaps
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from blockstat import Assembly, find_interfaces
-from blockstat.contact.penetration import convex_blocks, overlaps
+from blockstat.contact.overlap.penetration import convex_blocks, overlaps
 from blockstat.model.solids import box
 
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from blockstat.code_check.nonlinear import LimitState, NonlinearCheck, RockingBlock, nonlinear_check
     from blockstat.code_check.spectrum import Floor, Site, SpectrumTable
     from blockstat.contact.interfaces import Dropped, Interfaces, find_interfaces
-    from blockstat.contact.penetration import overlaps
+    from blockstat.contact.overlap.penetration import overlaps
     from blockstat.design_search.candidate import Candidate, SearchOutcome, SearchResult
     from blockstat.design_search.margin import Margin
     from blockstat.design_search.search import search
@@ -173,7 +173,7 @@ _HOMES = {
         "chance.monte_carlo": "Reliability ReliabilityOutcome fragility reliability",
         "chance.variables": "Random random_variables",
         "contact.interfaces": "Dropped Interfaces find_interfaces",
-        "contact.penetration": "overlaps",
+        "contact.overlap.penetration": "overlaps",
         "design_search.candidate": "Candidate SearchOutcome SearchResult",
         "design_search.margin": "Margin",
         "design_search.search": "search",

@@ -19,8 +19,8 @@ from blockstat.contact.coplanar import (
     merge_coplanar,
     shares_of_parts,
 )
-from blockstat.contact.edges import Contacts, Tolerances, search_of
 from blockstat.contact.faces import (
+    as_searched,
     concave_patches,
     convex_faces,
     convex_pieces,
@@ -30,8 +30,9 @@ from blockstat.contact.faces import (
     planar,
 )
 from blockstat.contact.features import INSIDE, OUTSIDE, RIM, Features, crossings, position, together
-from blockstat.contact.interfaces import Dropped, as_searched, near_blocks
-from blockstat.contact.penetration import (
+from blockstat.contact.interfaces import Dropped, near_blocks
+from blockstat.contact.known_contacts import Contacts, Tolerances, search_of
+from blockstat.contact.overlap.penetration import (
     check_copies,
     check_overlaps,
     convex_blocks,

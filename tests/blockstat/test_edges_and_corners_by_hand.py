@@ -10,9 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Block, find_interfaces
 from blockstat.contact.coplanar import Patches
-from blockstat.contact.edges import Contacts, Tolerances, _merged, covered, features_of, search_of
+from blockstat.contact.edges import _merged
 from blockstat.contact.faces import frames
 from blockstat.contact.features import ContactKind, Features
+from blockstat.contact.known_contacts import Contacts, Tolerances, covered, features_of, search_of
 from blockstat.contact.tolerance import allowed_gap
 from blockstat.contact.unresolved import Unresolved, _extreme_normals, unresolved_contacts
 from evidence.scenes.small import assembly, box, prism

@@ -5,7 +5,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from blockstat import InputError, build, find_interfaces, load_scene
-from blockstat.contact.penetration import overlaps
+from blockstat.contact.overlap.penetration import overlaps
 from blockstat.model import Buttress, Opening, Run, walls
 from blockstat.model.walling.pattern import plain_row
 from blockstat.spec import lowered, scene_from

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from blockstat import InputError, assess, find_interfaces
-from blockstat.contact.penetration import convex_blocks, overlaps
+from blockstat.contact.overlap.penetration import convex_blocks, overlaps
 from blockstat.model import Coping, Opening, Through, arc_wall
 from blockstat.model.walling.run import BONDS
 from elements import sound

@@ -5,7 +5,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from blockstat import InputError, assess, limit_load
-from blockstat.contact.penetration import convex_blocks, overlaps
+from blockstat.contact.overlap.penetration import convex_blocks, overlaps
 from blockstat.model import Coping, Opening, Run, Through, walls
 from blockstat.model.kinds import walls_by_name
 from blockstat.model.walling.run import BONDS

@@ -304,13 +304,12 @@ def limit_load(
     if not len(problem.assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to load')
     direction = as_load(problem.assembly, load)
-    timings = dict(problem.timings)
-    again = partial(limit_load, problem.assembly, direction, loads=loads, **options)
+    timings, again = dict(problem.timings), partial(limit_load, problem.assembly, direction, loads=loads, **options)
     with timed(timings, "solve"):
         how = {"optimum": optimum, "progress": progress}
         outcome, lower, upper, force, twist, iterations = _bracket(problem, direction, solver, tolerance, **how)
-    endless = outcome is LoadOutcome.UNBOUNDED
-    doubts = [*(problem.strengths if endless else ()), *gap_warnings(problem, more_may_help=not endless)]
+    doubts = [*gap_warnings(problem, more_may_help=outcome is not LoadOutcome.UNBOUNDED)]
+    doubts += problem.strengths if outcome is LoadOutcome.UNBOUNDED else []
     found = LimitLoad(
         outcome=outcome, lower=lower, upper=upper, forces=problem.to_points(force),
         mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)), interfaces=problem.interfaces,

@@ -14,7 +14,7 @@ import numpy as np
 from blockstat.certificate.interior_motions import expansions
 from blockstat.contact.cells import refine
 from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
-from blockstat.contact.penetration import check_copies, check_overlaps
+from blockstat.contact.overlap.penetration import check_copies, check_overlaps
 from blockstat.contact.point_law import joint_friction, last_law, point_law
 from blockstat.contact.tolerance import LOOSE, beyond, gap_words
 from blockstat.errors import InputError

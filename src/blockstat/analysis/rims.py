@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.analysis.problem import Problem, crushes
 from blockstat.certificate.falling import falling_blocks
 from blockstat.contact.interfaces import Interfaces
-from blockstat.contact.penetration import overlaps
+from blockstat.contact.overlap.penetration import overlaps
 from blockstat.contact.point_law import point_law
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from blockstat.geometry.polyhedron import point_velocity

@@ -17,7 +17,7 @@ from blockstat.certificate import check as certificate
 from blockstat.certificate.check import opening_slack
 from blockstat.certificate.interior_motions import least_slack
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces, near_blocks
-from blockstat.contact.penetration import check_copies, check_overlaps, overlaps
+from blockstat.contact.overlap.penetration import check_copies, check_overlaps, overlaps
 from blockstat.errors import InputError, check_choice, check_count, check_vector, known_options
 from blockstat.loads import as_load
 from blockstat.program.conic import conic_program

@@ -20,7 +20,7 @@ from blockstat.analysis.verdict import Outcome
 from blockstat.chance.evidence import Known, NearbyEvidence
 from blockstat.chance.population import Population
 from blockstat.contact.interfaces import GAP
-from blockstat.contact.penetration import overlaps
+from blockstat.contact.overlap.penetration import overlaps
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from blockstat.errors import InputError
 from blockstat.loads import as_load, weighted

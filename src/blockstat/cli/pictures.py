@@ -117,8 +117,7 @@ def plot_command(
     to_write(output)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
-    if not plain:
-        doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
+    doubt_loads(() if plain else assembly.metadata.get("cases"), file, chosen=False)
     if plain:
         plot(assembly, output, title=assembly.name, **look)
     elif stone and direction is not None:

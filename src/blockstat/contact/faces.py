@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.contact.tolerance import FLATNESS, ROUNDING, allowed_gap, stated_length
 from blockstat.geometry.polyhedron import Polyhedra, next_in_face
+from blockstat.surface.facets import facets
 from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
 
 #: A corner may turn the wrong way by this much (sine of the angle): rounding, not a notch.
 REFLEX = 1e-6
@@ -15,6 +20,29 @@ REFLEX = 1e-6
 FILLED = 1e-6
 #: Gaps between polygons below this fraction of them are rounding.
 SEAM = 1e-9
+
+
+def as_searched(assembly: Assembly, gap: float | str) -> Assembly:
+    """Return the blocks with the faces that the search sees.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    gap : float or str
+        As in `find_interfaces`.
+
+    Returns
+    -------
+    Assembly
+        The blocks with facets: faces in one plane are one, however a mesh divides them. Planes are one up to the
+        rounding of single precision, and up to a part of the gap if that is a length: it says how exact the geometry
+        is.
+    """
+    flat = FLATNESS * allowed_gap(assembly, gap)
+    if stated_length(gap) is None:
+        flat = np.minimum(flat, ROUNDING * float(np.ptp(assembly.vertices, axis=0).max(initial=0.0)))
+    return facets(assembly, tolerance=flat)
 
 
 def convex_faces(assembly: Polyhedra) -> np.ndarray:

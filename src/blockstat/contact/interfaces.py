@@ -17,15 +17,16 @@ import numpy as np
 
 from blockstat.contact.between import held_apart, in_gaps
 from blockstat.contact.coplanar import Parts, Patches, corner_shares, merge_coplanar, parts_of, shares_of_parts
-from blockstat.contact.edges import Tolerances, edge_contacts, keys_of_overlap
-from blockstat.contact.faces import concave_patches, convex_faces, frames, gaps_of_surfaces, planar
+from blockstat.contact.edges import edge_contacts
+from blockstat.contact.faces import as_searched, concave_patches, convex_faces, frames, gaps_of_surfaces, planar
 from blockstat.contact.features import ContactKind
-from blockstat.contact.tolerance import FLATNESS, GAP, ROUNDING, allowed_gap, stated_length
+from blockstat.contact.known_contacts import Tolerances
+from blockstat.contact.overlap.beds import keys_of_overlap
+from blockstat.contact.tolerance import FLATNESS, GAP, allowed_gap, stated_length
 from blockstat.errors import known_options
 from blockstat.geometry import clipping as clip
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.polyhedron import members
-from blockstat.surface.facets import facets
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -251,29 +252,6 @@ def near_blocks(assembly: Assembly, *, gap: float | str = GAP) -> Ints:
     lower, upper = assembly.bounds
     pairs = near_pairs(lower, upper, NEAR_MISS * allowed_gap(assembly, gap))
     return pairs[~assembly.support[pairs].all(axis=1)]
-
-
-def as_searched(assembly: Assembly, gap: float | str) -> Assembly:
-    """Return the blocks with the faces that the search sees.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        The blocks.
-    gap : float or str
-        As in `find_interfaces`.
-
-    Returns
-    -------
-    Assembly
-        The blocks with facets: faces in one plane are one, however a mesh divides them. Planes are one up to the
-        rounding of single precision, and up to a part of the gap if that is a length: it says how exact the geometry
-        is.
-    """
-    flat = FLATNESS * allowed_gap(assembly, gap)
-    if stated_length(gap) is None:
-        flat = np.minimum(flat, ROUNDING * float(np.ptp(assembly.vertices, axis=0).max(initial=0.0)))
-    return facets(assembly, tolerance=flat)
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.contact.coplanar import Patches
-from blockstat.contact.edges import Contacts, Tolerances, covered, features_of, search_of
-from blockstat.contact.faces import frames
+from blockstat.contact.faces import as_searched, frames
 from blockstat.contact.features import ContactKind, Features, Search
-from blockstat.contact.interfaces import ANGLE, GAP, WIDTH, Interfaces, as_searched
+from blockstat.contact.interfaces import ANGLE, GAP, WIDTH, Interfaces
+from blockstat.contact.known_contacts import Contacts, Tolerances, covered, features_of, search_of
 from blockstat.contact.tolerance import allowed_gap, stated_length
 from blockstat.geometry.polyhedron import members
 from blockstat.typing import Floats, Ints

@@ -16,7 +16,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly, Block
 from blockstat.contact.interfaces import GAP, find_interfaces
-from blockstat.contact.penetration import overlaps, tell
+from blockstat.contact.overlap.penetration import overlaps, tell
 from blockstat.contact.tolerance import LOOSE
 from blockstat.errors import InputError, NoSupportError, known_options
 from blockstat.geometry.polyhedron import merged_vertices

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.contact.interfaces import Interfaces
-from blockstat.contact.penetration import convex_blocks
+from blockstat.contact.overlap.penetration import convex_blocks
 from blockstat.geometry.convex_pieces import convex_pieces
 from blockstat.geometry.inscribed_ball import inscribed_balls
 from blockstat.geometry.triangulation import triangulate

@@ -24,7 +24,7 @@ from blockstat.analysis.problem import Problem, pose
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces, near_blocks
-from blockstat.contact.penetration import check_copies, check_overlaps, overlaps
+from blockstat.contact.overlap.penetration import check_copies, check_overlaps, overlaps
 from blockstat.contact.point_law import joint_friction
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from blockstat.errors import InputError, check_choice, check_names, known_options, no_such

@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 
 from blockstat.assembly import Assembly, Block
-from blockstat.contact.penetration import overlaps
+from blockstat.contact.overlap.penetration import overlaps
 from blockstat.errors import InputError, gathered
 from blockstat.joint import JointLaw
 from blockstat.model.ground import ground

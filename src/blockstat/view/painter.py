@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.contact.faces import planar
-from blockstat.contact.penetration import convex_blocks, face_separation
+from blockstat.contact.overlap.penetration import convex_blocks, face_separation
 from blockstat.geometry import clipping as clip
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.polyhedron import FacePlanes, face_planes, next_in_face

@@ -22,7 +22,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.contact.penetration import overlaps
+from blockstat.contact.overlap.penetration import overlaps
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry_repair.repair import close_joints

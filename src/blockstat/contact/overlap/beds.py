@@ -1,0 +1,201 @@
+"""Beds that overlap: contacts that are nothing but the overlap, and those that sink with the bed.
+
+Both are told by moving the two blocks of a pair apart by the overlap.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.contact.coplanar import Patches, merge_coplanar
+from blockstat.contact.features import ContactKind, Features, Search
+from blockstat.contact.known_contacts import ONE_PATCH, Contacts, Tolerances, covered, features_of, inside, search_of
+from blockstat.geometry.polyhedron import members
+from blockstat.surface.distance import segment_distances
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+
+def keys_of_overlap(assembly: Assembly, parts: Patches, tolerances: Tolerances) -> np.ndarray:
+    """Say which patches are nothing but the overlap of other patches, seen at their rims.
+
+    A block that sinks into one of two others whose tops are level meets the side of the other no higher than it sinks.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    parts : Patches
+        All patches that are joints.
+    tolerances : Tolerances
+        What counts as touching.
+
+    Returns
+    -------
+    array of bool, shape (n_parts,)
+        True for a patch across one that overlaps, no higher than that overlap, and gone when the blocks are moved apart
+        by it.
+    """
+    keys = np.zeros(len(parts.pair), dtype=bool)
+    rounding = tolerances.rounding * assembly.size[parts.pair].min(axis=1)
+    if not (parts.overlap > rounding).any():
+        return keys
+    joints = merge_coplanar(parts, tolerances.allowed)
+    deep = joints.take(np.flatnonzero(joints.overlap > tolerances.rounding * assembly.size[joints.pair].min(axis=1)))
+    item, cover, up = _of_one_block(parts.pair, deep)
+    if not len(item):
+        return keys
+    corner = np.repeat(parts.origin, parts.count, axis=0)
+    corner = corner + np.einsum("nk,nkj->nj", parts.corner, np.repeat(parts.frame[:, 1:], parts.count, axis=0))
+    start = np.cumsum(parts.count) - parts.count
+    row, own = members(start[item], parts.count[item])
+    height = np.einsum("ij,ij->i", corner[own], up[row])
+    first = np.cumsum(parts.count[item]) - parts.count[item]
+    extent = np.maximum.reduceat(height, first) - np.minimum.reduceat(height, first)
+    low = np.unique(item[extent <= deep.overlap[cover] + 2 * rounding[item]])
+    if not len(low):
+        return keys
+    ends = np.array([_longest(corner[start[i] : start[i] + parts.count[i]]) for i in low])
+    none = np.zeros(len(low), dtype=np.int64)
+    features = Features(np.arange(len(low)), parts.frame[low, 0], ends, parts.gap[low], none > 0, none, none)
+    search = search_of(assembly, parts.pair[low], tolerances, rims=False)
+    keys[low] = overlap_at_rims(search, features, deep, tolerances)
+    return keys
+
+
+def _longest(points: Floats) -> Floats:
+    """The two of some points that are furthest apart."""
+    distance = np.linalg.norm(points[:, None] - points, axis=2)
+    return points[list(np.unravel_index(distance.argmax(), distance.shape))]
+
+
+def _of_one_block(pairs: Ints, patches: Patches) -> tuple[Ints, Ints, Floats]:
+    """Each pair beside each patch of one of its blocks: their numbers, and the way out of it of the second block."""
+    found: list[tuple[Ints, Ints, Floats]] = []
+    for side in (0, 1):
+        for other in (0, 1):
+            order = np.argsort(patches.pair[:, other], kind="stable")
+            blocks = patches.pair[order, other]
+            first, last = (np.searchsorted(blocks, pairs[:, side], end) for end in ("left", "right"))
+            item, place = members(first, last - first)
+            cover = order[place]
+            found.append((item, cover, (1.0 if side == other else -1.0) * patches.frame[cover, 0]))
+    item, cover, up = (np.concatenate(column) for column in zip(*found, strict=True))
+    return item, cover, up
+
+
+def overlap_at_rims(search: Search, features: Features, patches: Patches, tolerances: Tolerances) -> np.ndarray:
+    """Say which features across a patch are nothing but the overlap of its blocks, seen at its rim.
+
+    Parameters
+    ----------
+    search : Search
+        The pairs.
+    features : Features
+        Contacts of edges or corners, shape (n,), whose rows are numbers of these pairs.
+    patches : Patches
+        Patches of all blocks.
+    tolerances : Tolerances
+        What counts as touching.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+        True for those that are gone when the blocks are moved apart by the overlap.
+
+    Notes
+    -----
+    Where two faces that overlap end at a rim, one of them reaches past that rim by as much, and its edge touches the
+    side of the other block, or of a third one behind it. With the blocks moved apart by the overlap, straight or along
+    that side, such a contact is gone. That of a step, or of a wall at whose foot the joint is, stays.
+    """
+    lost = np.zeros(len(features.row), dtype=bool)
+    item, cover, up = _of_one_block(search.pairs[features.row], patches)
+    alike = np.einsum("ij,ij->i", up, features.normal[item])
+    across = (np.abs(alike) < ONE_PATCH) & (patches.overlap[cover] > search.rounding[features.row[item]])
+    item, cover, up, alike = item[across], cover[across], up[across], alike[across]
+    # What is gone then is no further from the plane than the overlap, and the plane from the faces than their gap.
+    near = inside(search, features.take(item), patches, cover, patches.overlap[cover] + patches.gap[cover])
+    item, cover, up, alike = item[near], cover[near], up[near], alike[near]
+    if not len(item):
+        return lost
+    row, normal = features.row[item], features.normal[item]
+    least = patches.overlap[cover] + 2 * search.rounding[row]
+    along = (up - alike[:, None] * normal) / (1 - alike**2)[:, None]
+    own = features.take(item)
+    stays = [_stays(search, own, least[:, None] * way, tolerances) for way in (up, along)]
+    lost[item[~(stays[0] | stays[1])]] = True
+    return lost
+
+
+def with_sunk(search: Search, known: Contacts, patches: Patches, tolerances: Tolerances) -> Contacts:
+    """Add the contacts that are there when a bed that overlaps is moved apart by the overlap, and only then.
+
+    An edge at the foot of a wall sinks below that foot with its bed, and a wall ends at its foot.
+
+    Parameters
+    ----------
+    search : Search
+        The pairs.
+    known : Contacts
+        Their contacts, with the beds.
+    patches : Patches
+        Patches of all blocks.
+    tolerances : Tolerances
+        What counts as touching.
+
+    Returns
+    -------
+    Contacts
+        With edges, corners and crossings across beds, in the middle of the overlap of each.
+    """
+    faces = known.kind == ContactKind.FACE
+    deep = faces & (known.patches.overlap > search.rounding[known.row])
+    rows, beds = known.row[deep], known.patches.take(np.flatnonzero(deep))
+    if not len(rows):
+        return known
+    apart = beds.overlap[:, None] * beds.frame[:, 0]
+    wide = replace(search, rounding=search.rounding + np.bincount(rows, beds.overlap, len(search.pairs)))
+    kinds = ContactKind.EDGE, ContactKind.CORNER, ContactKind.CROSSING
+    for kind, found in zip(
+        kinds, features_of(_moved(search, rows, apart, tolerances), tolerances.steepest), strict=True
+    ):
+        bed = found.row
+        across = np.abs(np.einsum("ij,ij->i", found.normal, beds.frame[bed, 0])) < ONE_PATCH
+        found, bed = replace(found, row=rows[bed]), bed[across & ~found.rim]
+        found = found.take(across & ~found.rim)
+        new = ~covered(wide, found, known, ONE_PATCH)
+        found = found.take(new)
+        found = replace(found, ends=found.ends - apart[bed[new], None] / 2)  # in the middle of the overlap, as the bed
+        known = known.with_more(kind, found.take(~overlap_at_rims(search, found, patches, tolerances)), search.pairs)
+    return known
+
+
+def _moved(search: Search, row: Ints, apart: Floats, tolerances: Tolerances) -> Search:
+    """A search in copies of some pairs, of which the second block is moved; its pairs have the order of the rows."""
+    pairs = search.pairs[row]
+    copies = search.assembly.copied(pairs.reshape(-1))
+    shift = np.stack([np.zeros_like(apart), apart], axis=1).reshape(-1, 3)
+    copies = replace(copies, vertices=copies.vertices + shift[copies.vertex_block])
+    allowed = replace(tolerances, allowed=tolerances.allowed[pairs].reshape(-1))
+    return search_of(copies, np.arange(2 * len(row)).reshape(-1, 2), allowed, rims=False)
+
+
+def _stays(search: Search, features: Features, apart: Floats, tolerances: Tolerances) -> np.ndarray:
+    """Whether each feature is still there when the second block of its pair is moved."""
+    n = len(features.row)
+    again = _moved(search, features.row, apart, tolerances)
+    # Edges steeper than those that may lie in the bed meet no further from where they met.
+    reach = np.linalg.norm(apart, axis=1) / np.sqrt(1 - ONE_PATCH**2) + 2 * again.rounding
+    stays = np.zeros(n, dtype=bool)
+    for found in features_of(again, tolerances.steepest):
+        row = found.row
+        same = np.einsum("ij,ij->i", found.normal, features.normal[row]) >= ONE_PATCH
+        same &= (segment_distances(features.ends[row], found.ends) <= reach[row]) & ~found.rim
+        stays[row[same]] = True
+    return stays
