@@ -17,6 +17,7 @@ from blockstat.cli import examples, progress
 from blockstat.cli.commands import app
 from blockstat.cli.options import INTERRUPTED, _show_warning, _status
 from blockstat.cli.studies import write_report
+from blockstat.sequence.plan import Plan, Step, write_plan
 from blockstat.sequence.states import Whole
 from blockstat.studies import settling_path
 from evidence.scenes.small import stack
@@ -490,6 +491,116 @@ def test_a_search_that_an_interrupt_ends_without_a_plan_is_interrupted(run, plac
     for told in (errors, stopped[2]):
         assert f"{plan}: not written, for no plan was found" in told
     assert not plan.exists()
+
+
+@pytest.fixture
+def tower(places):
+    """A tower of three stones in stages: after the second step of its plan nothing is missing but the top."""
+    groups = ("", "foot", "shaft", "top")
+    stages = [{"name": group, "place": [group]} for group in groups[1:]]
+    tower = stack(3, name="tower").with_(groups=groups, metadata={"stages": stages})
+    tower = write(tower, places["folder"] / "tower.json")
+    plan = places["folder"] / "steps.json"
+    write_plan(Plan(tuple(Step((f"stone{k}",)) for k in range(3))), plan)
+    return places | {"tower": tower, "steps": plan}
+
+
+def interrupt_after(monkeypatch, states):
+    """Ctrl-C while a state is judged, once so many are."""
+    assess, judged = Whole.assess, []
+
+    def interrupted(*given, **options):
+        if len(judged) >= states:
+            raise KeyboardInterrupt
+        judged.append(given)
+        return assess(*given, **options)
+
+    monkeypatch.setattr(Whole, "assess", interrupted)
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupt_leaves_the_stages_that_are_judged(run, tower, monkeypatch, as_json):
+    interrupt_after(monkeypatch, 2)
+    status, out, err = run("sequence", tower["tower"], "--stages", *["--json"] * as_json)
+    assert status == INTERRUPTED
+    assert err.endswith("blockstat: interrupted\n")
+    if as_json:
+        told = json.loads(out)
+        assert (told["verdict"], told["missing"]) == ("stopped", 1)
+        assert [stage["name"] for stage in told["stages"]] == ["foot", "shaft"]
+    else:
+        judged = ["foot: 1 blocks, stable", "shaft: 2 blocks, stable"]
+        assert out.splitlines() == ["Stopped: 2 of 3 stages and courses were judged.", *judged]
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupt_leaves_the_steps_of_a_plan_that_are_judged(run, tower, monkeypatch, as_json):
+    interrupt_after(monkeypatch, 2)
+    question = ["sequence", tower["tower"], "--plan", tower["steps"], "--tilt", "-o", tower["out"]]
+    status, out, _ = run(*question, *["--json"] * as_json)
+    assert status == INTERRUPTED
+    assert tower["out"].stat().st_size > 0
+    if as_json:
+        told = json.loads(out)
+        assert (told["verdict"], told["outcome"], told["missing"]) == ("stopped", "stopped", 1)
+        assert [step["verdict"] for step in told["steps"]] == ["stable", "stable"]
+    else:
+        first, head, stable, _tilt, _file = out.splitlines()
+        assert first == "Stopped: an interrupt came before all of them were judged."
+        assert head.startswith("plan: 2 of 3 steps, at most 0 held")
+        assert stable == "Each of these is stable."
+
+
+def test_an_interrupt_in_the_search_of_the_least_friction_leaves_the_steps(run, tower, monkeypatch):
+    interrupt_after(monkeypatch, 3)
+    status, out, err = run("sequence", tower["tower"], "--plan", tower["steps"], "--reserve", "--json")
+    assert status == INTERRUPTED
+    assert "the least friction at which every step stands was not found" in err
+    told = json.loads(out)
+    assert (told["verdict"], told["missing"], told["least_friction"], len(told["steps"])) == ("stable", 0, None, 3)
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupt_leaves_the_blocks_that_were_taken_out(run, tower, monkeypatch, as_json):
+    interrupt_after(monkeypatch, 3)  # the first state is the whole tower
+    status, out, _ = run("sequence", tower["tower"], "--remove-each", *["--json"] * as_json)
+    assert status == INTERRUPTED
+    if as_json:
+        told = json.loads(out)
+        assert (told["removed"], told["missing"]) == ({"stone0": "unstable", "stone1": "unstable"}, 1)
+    else:
+        first, second, *rows = out.splitlines()
+        assert first == "Stopped: 2 of 3 blocks were taken out in turn."
+        assert second == "0 of 2 blocks may be taken out now."
+        assert [row.split(";")[0] for row in rows] == ["stone0: unstable", "stone1: unstable"]
+
+
+@pytest.mark.parametrize(("question", "told"), [
+    (("--stages",), "3 of 3 stages and courses judged (Ctrl-C keeps them)"),
+    (("--remove-each",), "3 of 3 blocks taken out (Ctrl-C keeps them)"),
+    (("--plan", "{steps}"), "3 of 3 steps judged (Ctrl-C keeps them)"),
+])  # fmt: skip
+def test_what_is_judged_of_a_sequence_is_counted_meanwhile(run, tower, monkeypatch, question, told):
+    said = []
+
+    @contextmanager
+    def at_work(_):
+        yield said.append
+
+    monkeypatch.setattr("blockstat.cli.sequence.at_work", at_work)
+    assert run("sequence", tower["tower"], *(text.format(**tower) for text in question))[0] == 0
+    assert len(said) == 3
+    assert said[-1] == told
+
+
+def test_an_interrupt_while_a_picture_is_drawn_does_not_take_the_answer(run, tower, monkeypatch):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("blockstat.view.building.removal.plot_removal", interrupt)
+    status, out, _ = run("sequence", tower["tower"], "--remove-each", "-o", tower["out"])
+    assert status == INTERRUPTED
+    assert out.startswith("1 of 3 blocks may be taken out now: stone2.\n")
 
 
 def test_a_report_on_a_file_of_no_encoding_names_it_by_its_code(places, monkeypatch):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -27,6 +29,7 @@ from blockstat.cli.options import (
     print_json,
     written,
 )
+from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from blockstat.result import listed
 
@@ -36,6 +39,7 @@ if TYPE_CHECKING:
     from blockstat.sequence.courses import Along, CoursesResult
     from blockstat.sequence.order import OrderResult, SafestOrder
     from blockstat.sequence.plan import PlanVerdict
+    from blockstat.sequence.stages import StagesVerdict
 
 #: Blocks that a line names.
 FEW = 5
@@ -115,7 +119,7 @@ def sequence(
     from blockstat.sequence.courses import CoursesResult, build_by_courses
     from blockstat.sequence.order import OrderResult, SafestOrder, find_order
     from blockstat.sequence.plan import PlanVerdict, assess_plan, read_plan
-    from blockstat.sequence.stages import assess_stages
+    from blockstat.sequence.stages import StagesVerdict, assess_stages
 
     _refuse_unheeded(context)
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
@@ -126,10 +130,13 @@ def sequence(
         return _remove_each(assembly, head, output, as_json, options)
     result: Result
     if stages:
-        result = assess_stages(assembly, **options)
+        with _counted("stages and courses judged") as progress:
+            result = assess_stages(assembly, progress=progress, **options)
     elif plan is not None:
         _refuse_flow_beside(flow, reserve=reserve, tilt=tilt)
-        result = judged = assess_plan(assembly, read_plan(plan, assembly), reserve=reserve, tilt=tilt, **options)
+        steps = read_plan(plan, assembly)
+        with _counted("steps judged") as progress:
+            result = judged = assess_plan(assembly, steps, reserve=reserve, tilt=tilt, progress=progress, **options)
         head["verdict"] = judged.outcome.word
     elif courses:
         _refuse_flow(flow)
@@ -144,6 +151,8 @@ def sequence(
         result = find_order(assembly, **options)
     found = result.found if isinstance(result, SafestOrder) else result
     _answer(assembly, file, result, found, head, output, as_json)
+    if isinstance(result, (PlanVerdict, StagesVerdict)):
+        _end_unfinished(result, reserve)
     if isinstance(result, PlanVerdict) and page:
         _show(assembly, result)
     elif isinstance(found, (OrderResult, CoursesResult)) and found.plan is None:
@@ -238,6 +247,22 @@ def _write(assembly: Assembly, file: Path, found: Any, output: Path) -> None:
     write_plan(replace(found.plan, assembly=named), output)
 
 
+@contextmanager
+def _counted(what: str) -> Iterator[Callable[[int, int], None]]:
+    """Show how many of several are done; the command keeps them when it is interrupted."""
+    with at_work(what) as say:
+        yield lambda done, number: say(f"{done} of {number} {what} (Ctrl-C keeps them)")
+
+
+def _end_unfinished(judged: PlanVerdict | StagesVerdict, reserve: bool) -> None:
+    """End a command as interrupted where stages or steps are missing, or the least friction that was asked for."""
+    if reserve and not judged.missing and getattr(judged, "least_friction", None) is None:
+        typer.echo("the least friction at which every step stands was not found", err=True)
+        raise KeyboardInterrupt
+    if judged.missing:
+        raise KeyboardInterrupt
+
+
 def _end_without_plan(searched: OrderResult | CoursesResult, output: Path | None, seconds: float | None) -> None:
     """End a search that found no plan: as interrupted where that was why; the end of `--seconds` is an answer."""
     if output is not None:
@@ -269,16 +294,27 @@ def _remove_each(
     from blockstat.sequence.props import remove_each
     from blockstat.view.building.removal import plot_removal
 
-    found = remove_each(assembly, **options)
+    with _counted("blocks taken out") as progress:
+        found = remove_each(assembly, progress=progress, **options)
+    missing = len(assembly.free) - len(found)
     words = {name: verdict.outcome.word for name, verdict in found.items()}
     moving = {name: [assembly.names[k] for k in found[name].moving] for name in found if words[name] != "stable"}
     with drawn(output=(partial(plot_removal, assembly), found, output)) as files:
         if as_json:
-            print_json({**head, "removed": words, "moving": moving, **files})
-            return
-        may_go = [name for name, word in words.items() if word == "stable"]
-        named = f": {', '.join(may_go)}" if may_go else ""
-        typer.echo(f"{len(may_go)} of {len(words)} blocks may be taken out now{named}.")
-        for name, others in moving.items():
-            typer.echo(f"{name}: {words[name]}; first to move: {listed(others, FEW)}")
-        written(files)
+            print_json({**head, "removed": words, "moving": moving, "missing": missing, **files})
+        else:
+            _print_removed(words, moving, missing)
+            written(files)
+    if missing:
+        raise KeyboardInterrupt
+
+
+def _print_removed(words: dict[str, str], moving: dict[str, list[str]], missing: int) -> None:
+    """Print how many blocks may be taken out, and what becomes of the others."""
+    if missing:
+        typer.echo(f"Stopped: {len(words)} of {len(words) + missing} blocks were taken out in turn.")
+    may_go = [name for name, word in words.items() if word == "stable"]
+    named = f": {', '.join(may_go)}" if may_go else ""
+    typer.echo(f"{len(may_go)} of {len(words)} blocks may be taken out now{named}.")
+    for name, others in moving.items():
+        typer.echo(f"{name}: {words[name]}; first to move: {listed(others, FEW)}")
