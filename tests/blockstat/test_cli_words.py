@@ -482,15 +482,38 @@ def test_a_search_that_an_interrupt_ends_without_a_plan_is_interrupted(run, plac
         raise KeyboardInterrupt
 
     plan = tmp_path / "plan.json"
-    stopped = run("sequence", places["post"], "--courses", "--seconds", "1e-9", "-o", plan)
-    assert stopped[0] == 0
     monkeypatch.setattr(Whole, "assess", interrupt)
     status, out, errors = run("sequence", places["post"], *question, "-o", plan)
     assert status == INTERRUPTED
-    assert "interrupted" in out
-    for told in (errors, stopped[2]):
-        assert f"{plan}: not written, for no plan was found" in told
+    assert "Stopped: the search was ended" in out
+    assert f"{plan}: not written, for no plan was found" in errors
     assert not plan.exists()
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+@pytest.mark.parametrize("question", [["--held-at-most", 1], ["--held-at-most", 1, "--reserve"], ["--courses"]])
+def test_a_search_without_a_plan_when_its_time_is_over_says_so_and_fails(run, places, tmp_path, question, as_json):
+    """A script that looks at the status alone does not go on without its plan."""
+    plan = tmp_path / "plan.json"
+    limit = ["--seconds", "1e-9", "-o", plan]
+    status, out, errors = run("sequence", places["post"], *question, *limit, *["--json"] * as_json)
+    assert status == 2
+    assert "interrupted" not in out + errors
+    assert f"{plan}: not written, for no plan was found" in errors
+    assert errors.endswith("blockstat: --seconds 1e-09: no plan was found in this time; give it more\n")
+    assert not plan.exists()
+    if as_json:
+        told = json.loads(out)
+        assert (told["outcome"], told["time_limit"]) == ("stopped", 1e-9)
+    else:
+        assert out.startswith("Stopped: the limit of 1e-09 s was over before ")
+
+
+def test_courses_that_were_not_looked_at_are_counted_too(run, tower, monkeypatch):
+    interrupt_after(monkeypatch, 2)
+    status, out, _ = run("sequence", tower["tower"], "--courses")
+    assert status == INTERRUPTED
+    assert out.splitlines()[1] == "2 of 3 courses; 2 of them stand by themselves."
 
 
 @pytest.fixture

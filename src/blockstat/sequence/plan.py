@@ -130,11 +130,11 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
     try:
         data = json.loads(text_of(Path(path)))
         steps = tuple(_step(step, k) for k, step in enumerate(data["steps"]))
-        named = (check_names(key, data.get(key, ())) for key in ("boundary", "never_installed"))
+        boundary, never = (check_names(key, data.get(key, ())) for key in ("boundary", "never_installed"))
         other = {k: v for k, v in data.items() if k not in KEYS}
         props = {str(name): prop_of(str(name), prop) for name, prop in data.get("props", {}).items()}
         name, of = str(data.get("name", Path(path).stem)), str(data.get("assembly", ""))
-        plan = Plan(steps, *named, name, of, other, props)
+        plan = Plan(steps, boundary, never, name, of, other, props)
         check_plan(plan, assembly)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
@@ -449,13 +449,13 @@ def assess_plan(
         raise InputError(f"{'reserve' if reserve else 'tilt'}=True is for plans without props")
     judged = in_stretches(partial(_judged, whole, plan, flow, tilt), list(enumerate(states)), jobs, progress)
     verdicts, outcomes, falsework, tilts, any_way, seconds = zip(*judged, strict=True) if judged else ((),) * 6
-    missing, least = len(states) - len(judged), None
+    missing, done, least = len(states) - len(judged), replace(plan, steps=plan.steps[: len(judged)]), None
     every = Unfinished.STOPPED if missing else Outcome.STABLE
     worst = next((outcome for outcome in outcomes if outcome is not Outcome.STABLE), every)
     with suppress(*([] if progress is None else [KeyboardInterrupt])):
         least = least_friction(whole, states) if reserve and not missing else None
-    given = whole.assembly.friction, least, sum(seconds), falsework, *((tilts, any_way) if tilt else (None, None))
-    return PlanVerdict(worst, replace(plan, steps=plan.steps[: len(judged)]), verdicts, outcomes, *given, missing)
+    given = whole.assembly.friction, least, sum(seconds), falsework, *((tilts, any_way) if tilt else ())
+    return PlanVerdict(worst, done, verdicts, outcomes, *given, missing=missing)
 
 
 def _judged(
