@@ -186,6 +186,36 @@ def test_an_interrupted_analysis_says_how_to_go_on_where_it_was_kept(run, file, 
     assert err.endswith("dynsim: interrupted\n")
 
 
+@pytest.mark.parametrize("as_json", [False, True])
+@pytest.mark.parametrize(("runs", "bracketed"), [(0, None), (1, False), (3, True)])
+def test_an_interrupt_leaves_the_runs_of_a_limit_and_the_bracket(run, file, monkeypatch, runs, bracketed, as_json):
+    done = []
+
+    def interrupted(*given, **options):
+        if len(done) == runs:
+            raise KeyboardInterrupt
+        done.append(verify(*given, **options))
+        return done[-1]
+
+    monkeypatch.setattr("dynsim.judge.limit.verify", interrupted)
+    status, out, err = run("limit", file, "--load", "1,0,0", "--width", 0.001, *["--json"] * as_json)
+    assert status == (0 if bracketed else INTERRUPTED)
+    assert err.endswith("dynsim: interrupted\n") is not bracketed
+    if bracketed is None:
+        assert out == ""
+    elif as_json:
+        told = json.loads(out)
+        assert (told["outcome"], told["runs"]) == ("stopped", runs)
+        stood = [trial["multiplier"] for trial in told["trials"] if trial["verdict"] == "stands"]
+        moved = [trial["multiplier"] for trial in told["trials"] if trial["verdict"] != "stands"]
+        assert (told["lower"], told["upper"]) == (max(stood), min(moved) if bracketed else None)
+    else:
+        assert "Stopped: the runs until then" in out
+        assert ("Multiplier between " in out) is bracketed
+        assert ("; it has not moved at any so far." in out) is not bracketed
+        assert len(re.findall(r"^[\d.]+: (?:stands|falls|creeps), ", out, re.M)) == runs
+
+
 SEARCHED = """\
 name = "posts"
 [parameters]
