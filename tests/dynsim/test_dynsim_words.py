@@ -3,6 +3,7 @@
 import json
 import re
 import sys
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 
@@ -19,6 +20,7 @@ from dynsim import Pulse, Settings, film_strip, incremental, past_verdict, plot_
 from dynsim.cli.commands import app
 from dynsim.cli.rows import side_by_side
 from dynsim.earthquake.analysis import IncrementalAnalysis
+from dynsim.judge.replay import _Site
 from dynsim.view.film import write_movie
 from pool_tasks import refused, warned
 
@@ -323,6 +325,78 @@ def test_a_plan_is_carried_out_with_statics_beside_it_unless_they_are_not_asked_
     assert "Statics" not in alone
     assert alone.splitlines()[-1] == f"run: {target}"
     assert read_run(target).assembly.names == tee().names
+
+
+@pytest.fixture
+def building(tmp_path):
+    """A plan of three steps that stand, each with one block or two."""
+    steps = Step(("base",)), Step(("left", "right"), ("left", "right")), Step(("top",))
+    write(tee(), tmp_path / "tee.json")
+    write_plan(Plan(steps, assembly="tee.json"), tmp_path / "plan.json")
+    return tmp_path / "plan.json"
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+@pytest.mark.parametrize("step", [0, 1, 2])
+def test_an_interrupt_leaves_the_steps_that_were_carried_out(run, building, tmp_path, monkeypatch, step, as_json):
+    """It comes when the last block of the step has been put in."""
+    put_in, done = _Site._put_in, []
+
+    def interrupted(self, block):
+        put_in(self, block)
+        done.append(block)
+        if len(done) == (1, 3, 4)[step]:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(_Site, "_put_in", interrupted)
+    target = tmp_path / "run.npz"
+    status, out, err = run("sequence", building, "-o", target, *["--json"] * as_json)
+    assert status == INTERRUPTED
+    assert err.endswith("dynsim: interrupted\n")
+    if not step:
+        assert (out, target.exists()) == ("", False)
+        return
+    ended = read_run(target)
+    assert len(ended.times) == 1 + step
+    assert np.isfinite(ended.placed[1:]).sum() == (1 if step == 1 else 3)  # without those of the step that has no end
+    if as_json:
+        told = json.loads(out)
+        assert (told["verdict"], told["missing"], told["statics"]) == ("stopped", 3 - step, None)
+        assert [row["verdict"] for row in told["steps"]] == ["stands"] * step
+    else:
+        first, head, stands, *_ = out.splitlines()
+        assert first == "Stopped: an interrupt came before all of them were judged."
+        assert head.startswith(f"plan: {step} of 3 steps, ")
+        assert stands.startswith("Each of these stands; ")
+        assert "Statics were not asked: interrupted." in out
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupt_of_the_statics_leaves_the_run_in_bullet(run, building, monkeypatch, as_json):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("dynsim.comparison.steps.assess_plan", interrupt)
+    status, out, _ = run("sequence", building, *["--json"] * as_json)
+    assert status == INTERRUPTED
+    if as_json:
+        told = json.loads(out)
+        assert (told["verdict"], told["missing"], told["statics"], len(told["steps"])) == ("stands", 0, None, 3)
+    else:
+        assert "Every step stands; " in out
+        assert out.splitlines()[-1] == "Statics were not asked: interrupted."
+
+
+def test_the_steps_that_are_carried_out_are_counted_meanwhile(run, building, monkeypatch):
+    said = []
+
+    @contextmanager
+    def at_work(_):
+        yield said.append
+
+    monkeypatch.setattr("dynsim.cli.sequence.at_work", at_work)
+    assert run("sequence", building, "--no-statics")[0] == 0
+    assert said == [f"{done} of 3 steps carried out (Ctrl-C keeps them)" for done in (1, 2, 3)]
 
 
 def test_a_place_that_no_run_is_written_to_is_refused_before_the_run(run, tmp_path, monkeypatch):
