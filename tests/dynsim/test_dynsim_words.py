@@ -258,6 +258,30 @@ def test_an_interrupted_search_says_how_to_go_on(run, tmp_path, monkeypatch, fin
     assert status == (0 if finished else INTERRUPTED)
 
 
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupt_while_the_report_is_drawn_leaves_the_best_design(run, tmp_path, monkeypatch, as_json):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    (tmp_path / "posts.toml").write_text(SEARCHED)
+    monkeypatch.setattr("dynsim.design_search.optimise.write_designs", interrupt)
+    options = ["-o", tmp_path / "out", "--preset", "fast", "--jobs", 1, *["--json"] * as_json]
+    status, out, err = run("optimise", tmp_path / "posts.toml", *options)
+    assert status == INTERRUPTED
+    assert err.endswith("dynsim: interrupted\n")
+    if as_json:
+        told = json.loads(out)
+        assert (told["best"], told["finished"], told["report"]) == ({"parameters.apart": 0.5}, True, None)
+    else:
+        first, _failed, best, report = out.splitlines()
+        assert first == "interrupted while the report was drawn: the same command goes on from here"
+        assert (best, report) == ("best: parameters.apart = 0.5", "report: not written")
+    monkeypatch.undo()
+    again = run("optimise", tmp_path / "posts.toml", *options)
+    assert again[0] == 0
+    assert (tmp_path / "out" / "report.html").is_file()
+
+
 def test_a_group_that_the_largest_design_has_not_is_refused_before_anything_is_judged(run, tmp_path):
     (tmp_path / "posts.toml").write_text(SEARCHED)
     status, out, err = run("optimise", tmp_path / "posts.toml", "-o", tmp_path / "out", "--group", "roof", "--jobs", 1)
