@@ -185,7 +185,33 @@ def test_an_interrupted_analysis_says_how_to_go_on_where_it_was_kept(run, file, 
     status, out, err = run(*ida(file, record, *(["-o", tmp_path / "kept"] if kept else [])))
     assert status == INTERRUPTED == 130
     assert ("interrupted: the same command goes on from here" in out) is kept
+    assert ("interrupted: nothing is kept; with -o DIR each run is, and the same command" in out) is not kept
     assert err.endswith("dynsim: interrupted\n")
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupted_analysis_does_not_advise_what_it_has_not_tried(run, file, record, monkeypatch, as_json):
+    def told(_):
+        def stop(_):
+            raise KeyboardInterrupt
+
+        return stop
+
+    others = [record.with_name(f"other{k}.csv") for k in range(2)]
+    for other in others:
+        other.write_text(record.read_text())
+    monkeypatch.setattr("dynsim.cli.ida._told", told)
+    more = [text for other in others for text in ("--record", other)]
+    status, out, _ = run(*ida(file, record, *more, *["--json"] * as_json))
+    assert status == INTERRUPTED
+    if as_json:
+        told = json.loads(out)
+        assert told["outcome"] == "incomplete"
+        assert told["no_fragility"] == "fragility: 3 of 3 records have runs to come"
+    else:
+        assert "Incomplete: records have runs to come.\n" in out
+        assert "No fragility: 3 of 3 records have runs to come.\n" in out
+        assert not re.search("kept\\.|raise|add records|are needed", out)
 
 
 @pytest.mark.parametrize("as_json", [False, True])
