@@ -198,6 +198,14 @@ def test_a_probability_is_said_in_words_with_the_design_point_before_it(run, pla
     assert first.index("push: 0.5 at the design point, 100% of the variance.") < first.index("of 40 draws fall")
 
 
+def test_draws_that_are_kept_leave_no_other_file(run, places):
+    kept = places["folder"] / "kept"
+    kept.mkdir()
+    random = ["--uncertain", "push=normal,0.4,0.05", "--load", "1,0,0", "--draws", 4]
+    assert run("reliability", places["post"], *random, "-o", kept / "draws.jsonl")[0] == 0
+    assert [path.name for path in kept.iterdir()] == ["draws.jsonl"]
+
+
 def test_a_proof_is_of_the_verdict_or_of_both_bounds_of_a_load(run, places, tmp_path):
     live = ["--case", "growing", "--loads", places["cases"]]
     for options, what in (
