@@ -658,6 +658,13 @@ def test_a_block_with_a_colon_in_its_name_can_be_the_control(run, tmp_path):
         assert (status, "wall:1" in out) == (0, True)
 
 
+def test_a_control_that_is_not_there_is_answered_with_each_name_once(run, tmp_path):
+    tower = stack(2).with_(groups=("", "stone0", "shaft"))
+    status, out, err = run("capacity", write(tower, tmp_path / "t.json"), "--load", "1,0,0", "--control", "foo")
+    assert (status, out) == (2, "")
+    assert err.endswith('no control "foo"; controls are: ground, stone0, stone1, shaft, mean\n')
+
+
 def test_tilt_and_friction_and_ties_take_load_cases(run, places):
     """A post of weight 2, half as wide as high: pushed at its centre by .8 it needs a friction of .4.
 
