@@ -52,7 +52,8 @@ output; progress goes to standard error.
 |---|---|
 | 0 | a verdict was reached, whichever it is |
 | 1 | an internal error; or the program that reads the output has closed it |
-| 2 | bad input, with what to write instead. Also: no file gave a verdict, or no design stood and some were not judged |
+| 2 | bad input, with what to write instead. Also: no file gave a verdict; no design stood and some were not judged; \
+or `--seconds` were over before a plan was found |
 | 130 | interrupted: before there was an answer, or while some of several are missing; what is done is printed |
 """
 WRITTEN = "Written by `make evidence ONLY=command-line`. [Command line](../command_line.md) lists all commands.\n"

@@ -26,6 +26,12 @@ class Sentence(Enum):
         return self.name.lower()
 
 
+class Unfinished(Sentence):
+    """The answer on several things, one after the other, where an interrupt came before the last."""
+
+    STOPPED = "Stopped: an interrupt came before all of them were judged."
+
+
 class Result:
     """The common face of results.
 

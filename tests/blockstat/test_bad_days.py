@@ -12,6 +12,7 @@ import pytest
 
 import blockstat
 from blockstat import InputError, read, write
+from blockstat.system import lock
 from blockstat.system.lock import locked
 from blockstat.system.writing import written_whole
 from browser import CHAPEL
@@ -88,8 +89,28 @@ def test_a_directory_has_one_writer(tmp_path):
         with pytest.raises(InputError, match=f"process {other.pid} writes there"), locked(tmp_path):
             pass
         other.kill()
+    assert list(tmp_path.iterdir())  # it was killed
     with locked(tmp_path):  # the system freed it
         pass
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_lock_on_a_file_that_was_removed_meanwhile_keeps_nobody_out_and_is_taken_again(tmp_path, monkeypatch):
+    """The second opens the file of the first, which ends and removes it, before it locks what it has opened."""
+    take, first = lock._take, locked(tmp_path)
+    first.__enter__()
+
+    def take_late(handle):
+        monkeypatch.setattr(lock, "_take", take)
+        first.__exit__(None, None, None)
+        take(handle)
+
+    monkeypatch.setattr(lock, "_take", take_late)
+    with locked(tmp_path):
+        with pytest.raises(InputError, match=f"process {os.getpid()} writes there"), locked(tmp_path):
+            pass
+        assert len(list(tmp_path.iterdir())) == 1  # who is refused removes nothing
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_second_search_in_one_place_says_so(tmp_path):

@@ -90,6 +90,7 @@ def test_an_unstable_answer_names_what_moves_and_exits_with_zero(tmp_path):
         (["plot", "{stones}", "--stone", "-o", "x.png"], "give its direction by --load AX,AY,AZ"),
         (["plot", "{stones}", "--plain", "--forces", "-o", "x.png"], "ask for one of them"),
         (["plot", "{stones}", "-o", "x.xyz"], 'x.xyz: no picture is written as ".xyz"; a picture is .png,'),
+        (["plot", "{stones}", "-o", "x.pgf"], 'x.pgf: no picture is written as ".pgf"; a picture is .png,'),
         (["check"], "Missing argument"),
         (["check", "{stones}", "--magic"], "No such option: --magic; see `blockstat check --help`"),
         (["magic"], "No such command 'magic'; see `blockstat --help`"),

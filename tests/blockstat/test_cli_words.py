@@ -17,6 +17,7 @@ from blockstat.cli import examples, progress
 from blockstat.cli.commands import app
 from blockstat.cli.options import INTERRUPTED, _show_warning, _status
 from blockstat.cli.studies import write_report
+from blockstat.sequence.plan import Plan, Step, write_plan
 from blockstat.sequence.states import Whole
 from blockstat.studies import settling_path
 from evidence.scenes.small import stack
@@ -195,6 +196,14 @@ def test_a_probability_is_said_in_words_with_the_design_point_before_it(run, pla
     probability, beta = map(float, re.search(r"Probability (\S+) \(beta (\S+)\)\.", first).groups())
     assert (probability, beta) == pytest.approx((0.02275, 2.0), rel=1e-3)
     assert first.index("push: 0.5 at the design point, 100% of the variance.") < first.index("of 40 draws fall")
+
+
+def test_draws_that_are_kept_leave_no_other_file(run, places):
+    kept = places["folder"] / "kept"
+    kept.mkdir()
+    random = ["--uncertain", "push=normal,0.4,0.05", "--load", "1,0,0", "--draws", 4]
+    assert run("reliability", places["post"], *random, "-o", kept / "draws.jsonl")[0] == 0
+    assert [path.name for path in kept.iterdir()] == ["draws.jsonl"]
 
 
 def test_a_proof_is_of_the_verdict_or_of_both_bounds_of_a_load(run, places, tmp_path):
@@ -481,15 +490,148 @@ def test_a_search_that_an_interrupt_ends_without_a_plan_is_interrupted(run, plac
         raise KeyboardInterrupt
 
     plan = tmp_path / "plan.json"
-    stopped = run("sequence", places["post"], "--courses", "--seconds", "1e-9", "-o", plan)
-    assert stopped[0] == 0
     monkeypatch.setattr(Whole, "assess", interrupt)
     status, out, errors = run("sequence", places["post"], *question, "-o", plan)
     assert status == INTERRUPTED
-    assert "interrupted" in out
-    for told in (errors, stopped[2]):
-        assert f"{plan}: not written, for no plan was found" in told
+    assert "Stopped: the search was ended" in out
+    assert f"{plan}: not written, for no plan was found" in errors
     assert not plan.exists()
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+@pytest.mark.parametrize("question", [["--held-at-most", 1], ["--held-at-most", 1, "--reserve"], ["--courses"]])
+def test_a_search_without_a_plan_when_its_time_is_over_says_so_and_fails(run, places, tmp_path, question, as_json):
+    """A script that looks at the status alone does not go on without its plan."""
+    plan = tmp_path / "plan.json"
+    limit = ["--seconds", "1e-9", "-o", plan]
+    status, out, errors = run("sequence", places["post"], *question, *limit, *["--json"] * as_json)
+    assert status == 2
+    assert "interrupted" not in out + errors
+    assert f"{plan}: not written, for no plan was found" in errors
+    assert errors.endswith("blockstat: --seconds 1e-09: no plan was found in this time; give it more\n")
+    assert not plan.exists()
+    if as_json:
+        told = json.loads(out)
+        assert (told["outcome"], told["time_limit"]) == ("stopped", 1e-9)
+    else:
+        assert out.startswith("Stopped: the limit of 1e-09 s was over before ")
+
+
+def test_courses_that_were_not_looked_at_are_counted_too(run, tower, monkeypatch):
+    interrupt_after(monkeypatch, 2)
+    status, out, _ = run("sequence", tower["tower"], "--courses")
+    assert status == INTERRUPTED
+    assert out.splitlines()[1] == "2 of 3 courses; 2 of them stand by themselves."
+
+
+@pytest.fixture
+def tower(places):
+    """A tower of three stones in stages: after the second step of its plan nothing is missing but the top."""
+    groups = ("", "foot", "shaft", "top")
+    stages = [{"name": group, "place": [group]} for group in groups[1:]]
+    tower = stack(3, name="tower").with_(groups=groups, metadata={"stages": stages})
+    tower = write(tower, places["folder"] / "tower.json")
+    plan = places["folder"] / "steps.json"
+    write_plan(Plan(tuple(Step((f"stone{k}",)) for k in range(3))), plan)
+    return places | {"tower": tower, "steps": plan}
+
+
+def interrupt_after(monkeypatch, states):
+    """Ctrl-C while a state is judged, once so many are."""
+    assess, judged = Whole.assess, []
+
+    def interrupted(*given, **options):
+        if len(judged) >= states:
+            raise KeyboardInterrupt
+        judged.append(given)
+        return assess(*given, **options)
+
+    monkeypatch.setattr(Whole, "assess", interrupted)
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupt_leaves_the_stages_that_are_judged(run, tower, monkeypatch, as_json):
+    interrupt_after(monkeypatch, 2)
+    status, out, err = run("sequence", tower["tower"], "--stages", *["--json"] * as_json)
+    assert status == INTERRUPTED
+    assert err.endswith("blockstat: interrupted\n")
+    if as_json:
+        told = json.loads(out)
+        assert (told["verdict"], told["missing"]) == ("stopped", 1)
+        assert [stage["name"] for stage in told["stages"]] == ["foot", "shaft"]
+    else:
+        judged = ["foot: 1 blocks, stable", "shaft: 2 blocks, stable"]
+        assert out.splitlines() == ["Stopped: 2 of 3 stages and courses were judged.", *judged]
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupt_leaves_the_steps_of_a_plan_that_are_judged(run, tower, monkeypatch, as_json):
+    interrupt_after(monkeypatch, 2)
+    question = ["sequence", tower["tower"], "--plan", tower["steps"], "--tilt", "-o", tower["out"]]
+    status, out, _ = run(*question, *["--json"] * as_json)
+    assert status == INTERRUPTED
+    assert tower["out"].stat().st_size > 0
+    if as_json:
+        told = json.loads(out)
+        assert (told["verdict"], told["outcome"], told["missing"]) == ("stopped", "stopped", 1)
+        assert [step["verdict"] for step in told["steps"]] == ["stable", "stable"]
+    else:
+        first, head, stable, _tilt, _file = out.splitlines()
+        assert first == "Stopped: an interrupt came before all of them were judged."
+        assert head.startswith("plan: 2 of 3 steps, at most 0 held")
+        assert stable == "Each of these is stable."
+
+
+def test_an_interrupt_in_the_search_of_the_least_friction_leaves_the_steps(run, tower, monkeypatch):
+    interrupt_after(monkeypatch, 3)
+    status, out, err = run("sequence", tower["tower"], "--plan", tower["steps"], "--reserve", "--json")
+    assert status == INTERRUPTED
+    assert "the least friction at which every step stands was not found" in err
+    told = json.loads(out)
+    assert (told["verdict"], told["missing"], told["least_friction"], len(told["steps"])) == ("stable", 0, None, 3)
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupt_leaves_the_blocks_that_were_taken_out(run, tower, monkeypatch, as_json):
+    interrupt_after(monkeypatch, 3)  # the first state is the whole tower
+    status, out, _ = run("sequence", tower["tower"], "--remove-each", *["--json"] * as_json)
+    assert status == INTERRUPTED
+    if as_json:
+        told = json.loads(out)
+        assert (told["removed"], told["missing"]) == ({"stone0": "unstable", "stone1": "unstable"}, 1)
+    else:
+        first, second, *rows = out.splitlines()
+        assert first == "Stopped: 2 of 3 blocks were taken out in turn."
+        assert second == "0 of 2 blocks may be taken out now."
+        assert [row.split(";")[0] for row in rows] == ["stone0: unstable", "stone1: unstable"]
+
+
+@pytest.mark.parametrize(("question", "told"), [
+    (("--stages",), "3 of 3 stages and courses judged (Ctrl-C keeps them)"),
+    (("--remove-each",), "3 of 3 blocks taken out (Ctrl-C keeps them)"),
+    (("--plan", "{steps}"), "3 of 3 steps judged (Ctrl-C keeps them)"),
+])  # fmt: skip
+def test_what_is_judged_of_a_sequence_is_counted_meanwhile(run, tower, monkeypatch, question, told):
+    said = []
+
+    @contextmanager
+    def at_work(_):
+        yield said.append
+
+    monkeypatch.setattr("blockstat.cli.sequence.at_work", at_work)
+    assert run("sequence", tower["tower"], *(text.format(**tower) for text in question))[0] == 0
+    assert len(said) == 3
+    assert said[-1] == told
+
+
+def test_an_interrupt_while_a_picture_is_drawn_does_not_take_the_answer(run, tower, monkeypatch):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("blockstat.view.building.removal.plot_removal", interrupt)
+    status, out, _ = run("sequence", tower["tower"], "--remove-each", "-o", tower["out"])
+    assert status == INTERRUPTED
+    assert out.startswith("1 of 3 blocks may be taken out now: stone2.\n")
 
 
 def test_a_report_on_a_file_of_no_encoding_names_it_by_its_code(places, monkeypatch):
@@ -514,6 +656,13 @@ def test_a_block_with_a_colon_in_its_name_can_be_the_control(run, tmp_path):
     for control in ("wall:1", "wall:1:0.5,0.5,2"):
         status, out, _ = run("capacity", wall, "--load", "1,0,0", "--steps", 3, "--control", control)
         assert (status, "wall:1" in out) == (0, True)
+
+
+def test_a_control_that_is_not_there_is_answered_with_each_name_once(run, tmp_path):
+    tower = stack(2).with_(groups=("", "stone0", "shaft"))
+    status, out, err = run("capacity", write(tower, tmp_path / "t.json"), "--load", "1,0,0", "--control", "foo")
+    assert (status, out) == (2, "")
+    assert err.endswith('no control "foo"; controls are: ground, stone0, stone1, shaft, mean\n')
 
 
 def test_tilt_and_friction_and_ties_take_load_cases(run, places):

@@ -159,6 +159,10 @@ def test_a_building_that_was_killed_goes_on_with_nothing_lost(tmp_path):
 def test_a_building_that_ran_out_of_time_keeps_its_courses():
     found = build_by_courses(arch(), seconds=0.0)
     assert (found.outcome.word, found.plan, found.courses) == ("stopped", None, ())
+    assert (found.planned, found.time_limit) == (4, 0.0)
+    assert found.explain().splitlines()[:2] == [
+        "Stopped: the limit of 0 s was over before the last course.", "0 of 4 courses; 0 of them stand by themselves."
+    ]  # fmt: skip
 
 
 def test_the_command_prints_the_courses_and_writes_the_plan(tmp_path):

@@ -584,7 +584,8 @@ def test_a_search_without_an_order_has_no_steps_and_no_reserve():
 def test_a_search_that_ran_out_of_time_does_not_say_that_there_is_no_order():
     found = find_order(tee(), held_at_most=2, seconds=0.0)
     assert (found.outcome.word, found.plan) == ("stopped", None)
-    assert "interrupted before it found an order" in found.explain()
+    assert "the limit of 0 s was over before the search found an order" in found.explain()
+    assert found.time_limit == 0.0
     assert np.isnan(safest_order(tee(), held_at_most=2, seconds=0.0).reserve)
 
 

@@ -129,7 +129,7 @@ def test_an_unknown_setting_is_refused_with_the_settings_there_are():
         (
             dynsim.optimise,
             "names, settings, jobs, under, conditions, options, strategy, over, margin, snap, points, imperfections, "
-            "target, gap",
+            "target, gap, answered",
         ),
         (dynsim.buttress_loop, "progress"),
         (

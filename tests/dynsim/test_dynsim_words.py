@@ -3,6 +3,7 @@
 import json
 import re
 import sys
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 
@@ -19,6 +20,7 @@ from dynsim import Pulse, Settings, film_strip, incremental, past_verdict, plot_
 from dynsim.cli.commands import app
 from dynsim.cli.rows import side_by_side
 from dynsim.earthquake.analysis import IncrementalAnalysis
+from dynsim.judge.replay import _Site
 from dynsim.view.film import write_movie
 from pool_tasks import refused, warned
 
@@ -183,7 +185,63 @@ def test_an_interrupted_analysis_says_how_to_go_on_where_it_was_kept(run, file, 
     status, out, err = run(*ida(file, record, *(["-o", tmp_path / "kept"] if kept else [])))
     assert status == INTERRUPTED == 130
     assert ("interrupted: the same command goes on from here" in out) is kept
+    assert ("interrupted: nothing is kept; with -o DIR each run is, and the same command" in out) is not kept
     assert err.endswith("dynsim: interrupted\n")
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupted_analysis_does_not_advise_what_it_has_not_tried(run, file, record, monkeypatch, as_json):
+    def told(_):
+        def stop(_):
+            raise KeyboardInterrupt
+
+        return stop
+
+    others = [record.with_name(f"other{k}.csv") for k in range(2)]
+    for other in others:
+        other.write_text(record.read_text())
+    monkeypatch.setattr("dynsim.cli.ida._told", told)
+    more = [text for other in others for text in ("--record", other)]
+    status, out, _ = run(*ida(file, record, *more, *["--json"] * as_json))
+    assert status == INTERRUPTED
+    if as_json:
+        told = json.loads(out)
+        assert told["outcome"] == "incomplete"
+        assert told["no_fragility"] == "fragility: 3 of 3 records have runs to come"
+    else:
+        assert "Incomplete: records have runs to come.\n" in out
+        assert "No fragility: 3 of 3 records have runs to come.\n" in out
+        assert not re.search("kept\\.|raise|add records|are needed", out)
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+@pytest.mark.parametrize(("runs", "bracketed"), [(0, None), (1, False), (3, True)])
+def test_an_interrupt_leaves_the_runs_of_a_limit_and_the_bracket(run, file, monkeypatch, runs, bracketed, as_json):
+    done = []
+
+    def interrupted(*given, **options):
+        if len(done) == runs:
+            raise KeyboardInterrupt
+        done.append(verify(*given, **options))
+        return done[-1]
+
+    monkeypatch.setattr("dynsim.judge.limit.verify", interrupted)
+    status, out, err = run("limit", file, "--load", "1,0,0", "--width", 0.001, *["--json"] * as_json)
+    assert status == (0 if bracketed else INTERRUPTED)
+    assert err.endswith("dynsim: interrupted\n") is not bracketed
+    if bracketed is None:
+        assert out == ""
+    elif as_json:
+        told = json.loads(out)
+        assert (told["outcome"], told["runs"]) == ("stopped", runs)
+        stood = [trial["multiplier"] for trial in told["trials"] if trial["verdict"] == "stands"]
+        moved = [trial["multiplier"] for trial in told["trials"] if trial["verdict"] != "stands"]
+        assert (told["lower"], told["upper"]) == (max(stood), min(moved) if bracketed else None)
+    else:
+        assert "Stopped: the runs until then" in out
+        assert ("Multiplier between " in out) is bracketed
+        assert ("; it has not moved at any so far." in out) is not bracketed
+        assert len(re.findall(r"^[\d.]+: (?:stands|falls|creeps), ", out, re.M)) == runs
 
 
 SEARCHED = """\
@@ -224,6 +282,30 @@ def test_an_interrupted_search_says_how_to_go_on(run, tmp_path, monkeypatch, fin
     best = "no design stood" if finished else "none so far"
     assert out.splitlines() == [*said, f"best: {best}", f"report: {tmp_path / 'report.html'}"]
     assert status == (0 if finished else INTERRUPTED)
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupt_while_the_report_is_drawn_leaves_the_best_design(run, tmp_path, monkeypatch, as_json):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    (tmp_path / "posts.toml").write_text(SEARCHED)
+    monkeypatch.setattr("dynsim.design_search.optimise.write_designs", interrupt)
+    options = ["-o", tmp_path / "out", "--preset", "fast", "--jobs", 1, *["--json"] * as_json]
+    status, out, err = run("optimise", tmp_path / "posts.toml", *options)
+    assert status == INTERRUPTED
+    assert err.endswith("dynsim: interrupted\n")
+    if as_json:
+        told = json.loads(out)
+        assert (told["best"], told["finished"], told["report"]) == ({"parameters.apart": 0.5}, True, None)
+    else:
+        first, _failed, best, report = out.splitlines()
+        assert first == "interrupted while the report was drawn: the same command goes on from here"
+        assert (best, report) == ("best: parameters.apart = 0.5", "report: not written")
+    monkeypatch.undo()
+    again = run("optimise", tmp_path / "posts.toml", *options)
+    assert again[0] == 0
+    assert (tmp_path / "out" / "report.html").is_file()
 
 
 def test_a_group_that_the_largest_design_has_not_is_refused_before_anything_is_judged(run, tmp_path):
@@ -293,6 +375,78 @@ def test_a_plan_is_carried_out_with_statics_beside_it_unless_they_are_not_asked_
     assert "Statics" not in alone
     assert alone.splitlines()[-1] == f"run: {target}"
     assert read_run(target).assembly.names == tee().names
+
+
+@pytest.fixture
+def building(tmp_path):
+    """A plan of three steps that stand, each with one block or two."""
+    steps = Step(("base",)), Step(("left", "right"), ("left", "right")), Step(("top",))
+    write(tee(), tmp_path / "tee.json")
+    write_plan(Plan(steps, assembly="tee.json"), tmp_path / "plan.json")
+    return tmp_path / "plan.json"
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+@pytest.mark.parametrize("step", [0, 1, 2])
+def test_an_interrupt_leaves_the_steps_that_were_carried_out(run, building, tmp_path, monkeypatch, step, as_json):
+    """It comes when the last block of the step has been put in."""
+    put_in, done = _Site._put_in, []
+
+    def interrupted(self, block):
+        put_in(self, block)
+        done.append(block)
+        if len(done) == (1, 3, 4)[step]:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(_Site, "_put_in", interrupted)
+    target = tmp_path / "run.npz"
+    status, out, err = run("sequence", building, "-o", target, *["--json"] * as_json)
+    assert status == INTERRUPTED
+    assert err.endswith("dynsim: interrupted\n")
+    if not step:
+        assert (out, target.exists()) == ("", False)
+        return
+    ended = read_run(target)
+    assert len(ended.times) == 1 + step
+    assert np.isfinite(ended.placed[1:]).sum() == (1 if step == 1 else 3)  # without those of the step that has no end
+    if as_json:
+        told = json.loads(out)
+        assert (told["verdict"], told["missing"], told["statics"]) == ("stopped", 3 - step, None)
+        assert [row["verdict"] for row in told["steps"]] == ["stands"] * step
+    else:
+        first, head, stands, *_ = out.splitlines()
+        assert first == "Stopped: an interrupt came before all of them were judged."
+        assert head.startswith(f"plan: {step} of 3 steps, ")
+        assert stands.startswith("Each of these stands; ")
+        assert "Statics were not asked: interrupted." in out
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_interrupt_of_the_statics_leaves_the_run_in_bullet(run, building, monkeypatch, as_json):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("dynsim.comparison.steps.assess_plan", interrupt)
+    status, out, _ = run("sequence", building, *["--json"] * as_json)
+    assert status == INTERRUPTED
+    if as_json:
+        told = json.loads(out)
+        assert (told["verdict"], told["missing"], told["statics"], len(told["steps"])) == ("stands", 0, None, 3)
+    else:
+        assert "Every step stands; " in out
+        assert out.splitlines()[-1] == "Statics were not asked: interrupted."
+
+
+def test_the_steps_that_are_carried_out_are_counted_meanwhile(run, building, monkeypatch):
+    said = []
+
+    @contextmanager
+    def at_work(_):
+        yield said.append
+
+    monkeypatch.setattr("dynsim.cli.sequence.at_work", at_work)
+    assert run("sequence", building, "--no-statics")[0] == 0
+    assert said == [f"{done} of 3 steps carried out (Ctrl-C keeps them)" for done in (1, 2, 3)]
 
 
 def test_a_place_that_no_run_is_written_to_is_refused_before_the_run(run, tmp_path, monkeypatch):

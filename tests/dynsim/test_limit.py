@@ -1,5 +1,7 @@
 """Bullet's own limit multiplier."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,23 @@ from blockstat.loads import point_load
 from dynsim import Settings, limit, verify
 from dynsim.judge.limit import DynamicLimit, LimitOutcome, Trial, _Search, _warnings
 from evidence.scenes.small import arch, assembly, box, running_bond, slab, stack
+
+
+def test_an_interrupt_in_the_runs_beside_a_bracket_leaves_the_bracket():
+    def stop(trial):
+        if len(trials) == len(whole.trials) - 2:  # the two beside it
+            raise KeyboardInterrupt
+        trials.append(trial)
+
+    trials: list[Trial] = []
+    whole = limit(stack(2), (1, 0, 0), width=0.05)
+    found = limit(stack(2), (1, 0, 0), width=0.05, progress=stop)
+    assert found.outcome is LimitOutcome.STOPPED
+    assert (found.lower, found.upper) == (whole.lower, whole.upper)
+    assert len(found.trials) == len(whole.trials) - 1
+    fell = replace(found, lower=-np.inf)
+    assert f"Multiplier below {found.upper:.5g}; it has not stood at any so far." in fell.explain()
+    assert (fell.summary()["lower"], fell.ratio) == (None, None)
 
 
 def test_a_block_tips_and_slides_at_its_closed_forms():

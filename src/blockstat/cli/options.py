@@ -677,16 +677,20 @@ def drawn(**wanted: tuple[Callable[[Any, Path], Any], Any, Path | None]) -> Iter
     ------
     InputError
         After the body of the `with` statement, for a file that was not written.
+    KeyboardInterrupt
+        After the body, for an interrupt while they were written.
     """
-    files, refused = dict[str, str](), list[InputError]()
+    files, refused = dict[str, str](), list[InputError | KeyboardInterrupt]()
     for key, (write, shown, path) in wanted.items():
         if path is None:
             continue
         try:
             write(shown, path)
             files[key] = str(path)
-        except InputError as error:
+        except (InputError, KeyboardInterrupt) as error:
             refused.append(error)
+            if isinstance(error, KeyboardInterrupt):
+                break
     yield files
     for error in refused:
         raise error

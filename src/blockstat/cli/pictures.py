@@ -113,8 +113,7 @@ def plot_command(
     if (stone or reserve) and load is None:
         raise InputError(f"{asked[0]} asks what raises a limit load; give its direction by --load AX,AY,AZ")
     direction = None if load is None else numbers(load, 3, "--load", "AX,AY,AZ")
-    to_write = check_place if mechanism and output.suffix.lower() == ".glb" else picture_to_write
-    to_write(output)
+    (check_place if mechanism and output.suffix.lower() == ".glb" else picture_to_write)(output)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
     doubt_loads(() if plain else assembly.metadata.get("cases"), file, chosen=False)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -27,6 +29,7 @@ from blockstat.cli.options import (
     print_json,
     written,
 )
+from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from blockstat.result import listed
 
@@ -36,6 +39,7 @@ if TYPE_CHECKING:
     from blockstat.sequence.courses import Along, CoursesResult
     from blockstat.sequence.order import OrderResult, SafestOrder
     from blockstat.sequence.plan import PlanVerdict
+    from blockstat.sequence.stages import StagesVerdict
 
 #: Blocks that a line names.
 FEW = 5
@@ -114,40 +118,40 @@ def sequence(
     """Judge the steps in which an assembly is built, or search an order with few held blocks."""
     from blockstat.sequence.courses import CoursesResult, build_by_courses
     from blockstat.sequence.order import OrderResult, SafestOrder, find_order
-    from blockstat.sequence.plan import PlanVerdict, assess_plan, read_plan
+    from blockstat.sequence.plan import PlanVerdict
     from blockstat.sequence.stages import assess_stages
 
     _refuse_unheeded(context)
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
     doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
     options: dict[str, Any] = {"gap": gap_of(gap), "flow": flow}
+    searched: dict[str, Any] = {"held_at_most": held_at_most, "seconds": seconds, "insertion": insertion}
     head = {"file": str(file)}
     if remove:
         return _remove_each(assembly, head, output, as_json, options)
     result: Result
     if stages:
-        result = assess_stages(assembly, **options)
+        with _counted("stages and courses judged") as progress:
+            result = assess_stages(assembly, progress=progress, **options)
     elif plan is not None:
-        _refuse_flow_beside(flow, reserve=reserve, tilt=tilt)
-        result = judged = assess_plan(assembly, read_plan(plan, assembly), reserve=reserve, tilt=tilt, **options)
+        result = judged = _judged(assembly, plan, reserve=reserve, tilt=tilt, **options)
         head["verdict"] = judged.outcome.word
     elif courses:
         _refuse_flow(flow)
         limits: dict[str, Any] = {"gap": options["gap"], "seconds": seconds, "journal": journal}
         result = build_by_courses(assembly, along=_along(along), **limits)
     elif reserve:
-        result = _safest(
-            assembly, flow, journal, held_at_most=held_at_most, seconds=seconds, gap=options["gap"], insertion=insertion
-        )
+        result = _safest(assembly, flow, journal, gap=options["gap"], **searched)
     else:
-        options |= {"held_at_most": held_at_most, "seconds": seconds, "insertion": insertion, "journal": journal}
-        result = find_order(assembly, **options)
+        result = find_order(assembly, journal=journal, **options, **searched)
     found = result.found if isinstance(result, SafestOrder) else result
     _answer(assembly, file, result, found, head, output, as_json)
-    if isinstance(result, PlanVerdict) and page:
-        _show(assembly, result)
-    elif isinstance(found, (OrderResult, CoursesResult)) and found.plan is None:
-        _end_without_plan(found, output, seconds)
+    if isinstance(found, (OrderResult, CoursesResult)):
+        _end_without_plan(found, output)
+        return
+    _end_unfinished(found, reserve)
+    if page and isinstance(found, PlanVerdict):
+        _show(assembly, found)
 
 
 def _refuse_unheeded(context: typer.Context) -> None:
@@ -185,6 +189,16 @@ def _safest(assembly: Assembly, flow: str, journal: Path | None, **options: Any)
     if flow != "associated" or journal is not None:
         raise InputError("--held-at-most with --reserve takes neither --flow coulomb nor --journal")
     return safest_order(assembly, **options)
+
+
+def _judged(assembly: Assembly, plan: Path, *, reserve: bool, tilt: bool, **options: Any) -> PlanVerdict:
+    """The verdict on each step of a plan."""
+    from blockstat.sequence.plan import assess_plan, read_plan
+
+    _refuse_flow_beside(options["flow"], reserve=reserve, tilt=tilt)
+    steps = read_plan(plan, assembly)
+    with _counted("steps judged") as progress:
+        return assess_plan(assembly, steps, reserve=reserve, tilt=tilt, progress=progress, **options)
 
 
 def _refuse_flow_beside(flow: str, **asked: bool) -> None:
@@ -238,11 +252,37 @@ def _write(assembly: Assembly, file: Path, found: Any, output: Path) -> None:
     write_plan(replace(found.plan, assembly=named), output)
 
 
-def _end_without_plan(searched: OrderResult | CoursesResult, output: Path | None, seconds: float | None) -> None:
-    """End a search that found no plan: as interrupted where that was why; the end of `--seconds` is an answer."""
-    if output is not None:
+@contextmanager
+def _counted(what: str) -> Iterator[Callable[[int, int], None]]:
+    """Show how many of several are done; the command keeps them when it is interrupted."""
+    with at_work(what) as say:
+        yield lambda done, number: say(f"{done} of {number} {what} (Ctrl-C keeps them)")
+
+
+def _end_unfinished(judged: PlanVerdict | StagesVerdict, reserve: bool) -> None:
+    """End a command as interrupted where stages or steps are missing, or the least friction that was asked for."""
+    if reserve and not judged.missing and getattr(judged, "least_friction", None) is None:
+        typer.echo("the least friction at which every step stands was not found", err=True)
+        raise KeyboardInterrupt
+    if judged.missing:
+        raise KeyboardInterrupt
+
+
+def _end_without_plan(searched: OrderResult | CoursesResult, output: Path | None) -> None:
+    """End a search that found no plan, as interrupted or as out of time where that was why; that none is, is an answer.
+
+    Raises
+    ------
+    InputError
+        Where `--seconds` were over: a script that goes on would go on without its plan.
+    KeyboardInterrupt
+        Where it was interrupted.
+    """
+    if searched.plan is None and output is not None:
         typer.echo(f"{output}: not written, for no plan was found", err=True)
-    if searched.outcome.word == "stopped" and (seconds is None or searched.seconds < seconds):
+    if searched.time_limit is not None:
+        raise InputError(f"--seconds {searched.time_limit:g}: no plan was found in this time; give it more")
+    if searched.outcome.word == "stopped":
         raise KeyboardInterrupt
 
 
@@ -269,16 +309,27 @@ def _remove_each(
     from blockstat.sequence.props import remove_each
     from blockstat.view.building.removal import plot_removal
 
-    found = remove_each(assembly, **options)
+    with _counted("blocks taken out") as progress:
+        found = remove_each(assembly, progress=progress, **options)
+    missing = len(assembly.free) - len(found)
     words = {name: verdict.outcome.word for name, verdict in found.items()}
     moving = {name: [assembly.names[k] for k in found[name].moving] for name in found if words[name] != "stable"}
     with drawn(output=(partial(plot_removal, assembly), found, output)) as files:
         if as_json:
-            print_json({**head, "removed": words, "moving": moving, **files})
-            return
-        may_go = [name for name, word in words.items() if word == "stable"]
-        named = f": {', '.join(may_go)}" if may_go else ""
-        typer.echo(f"{len(may_go)} of {len(words)} blocks may be taken out now{named}.")
-        for name, others in moving.items():
-            typer.echo(f"{name}: {words[name]}; first to move: {listed(others, FEW)}")
-        written(files)
+            print_json({**head, "removed": words, "moving": moving, "missing": missing, **files})
+        else:
+            _print_removed(words, moving, missing)
+            written(files)
+    if missing:
+        raise KeyboardInterrupt
+
+
+def _print_removed(words: dict[str, str], moving: dict[str, list[str]], missing: int) -> None:
+    """Print how many blocks may be taken out, and what becomes of the others."""
+    if missing:
+        typer.echo(f"Stopped: {len(words)} of {len(words) + missing} blocks were taken out in turn.")
+    may_go = [name for name, word in words.items() if word == "stable"]
+    named = f": {', '.join(may_go)}" if may_go else ""
+    typer.echo(f"{len(may_go)} of {len(words)} blocks may be taken out now{named}.")
+    for name, others in moving.items():
+        typer.echo(f"{name}: {words[name]}; first to move: {listed(others, FEW)}")

@@ -50,7 +50,7 @@ class CoursesOutcome(Sentence):
 
     BUILT = "Built: after each course every block is proven to stand, if need be while some of them are held."
     UNDECIDED = "Undecided: after some course the blocks could be proven neither to stand nor to fall."
-    STOPPED = "Stopped: the search was interrupted before the last course."
+    STOPPED = "Stopped: the search was ended before the last course."
 
 
 @dataclass(frozen=True)
@@ -67,10 +67,12 @@ class CoursesResult(Result):
     """A building put up course by course."""
 
     outcome: CoursesOutcome
-    courses: tuple[Course, ...]
+    courses: tuple[Course, ...]  #: those that were looked at
     plan: Plan | None  #: one step a course; None where the outcome is not "built"
     states: int  #: states judged
     seconds: float
+    planned: int = 0  #: courses that the building has
+    time_limit: float | None = None  #: where it was stopped by its limit of time, that limit [s]
 
     @property
     def most_held(self) -> int:
@@ -93,10 +95,12 @@ class CoursesResult(Result):
         return {
             "outcome": self.outcome.word,
             "courses": len(self.courses),
+            "planned": self.planned,
             "most_held": self.most_held,
             "at_least": self.at_least,
             "states": self.states,
             "seconds": self.seconds,
+            "time_limit": self.time_limit,
             "rows": [
                 {"course": k, "blocks": len(c.blocks), "held": list(c.held), "at_least": c.at_least}
                 for k, c in enumerate(self.courses)
@@ -111,16 +115,19 @@ class CoursesResult(Result):
         str
             One fact a line.
         """
-        lines = [self.outcome.value]
+        lines, every = [self.outcome.value], max(self.planned, len(self.courses))
+        if self.time_limit is not None:
+            lines = [f"Stopped: the limit of {self.time_limit:g} s was over before the last course."]
         last = self.courses[-1].held if self.courses else ()
         if last and self.outcome is CoursesOutcome.BUILT:
             held = f"{listed(last, FEW)} {'is' if len(last) == 1 else 'are'} held"
             lines.append(f"The finished assembly is proven to stand only while {held}.")
         free = sum(not course.held for course in self.courses)
-        lines.append(f"{len(self.courses)} courses; {free} of them stand by themselves.")
+        done = f"{len(self.courses)} of {every}" if len(self.courses) < every else f"{every}"
+        lines.append(f"{done} courses; {free} of them stand by themselves.")
         if self.most_held:
             worst = max(range(len(self.courses)), key=lambda k: len(self.courses[k].held))
-            where = f"after course {worst + 1} of {len(self.courses)}"
+            where = f"after course {worst + 1} of {every}"
             lines.append(f"Most blocks are held {where}: {self.most_held}; no fewer than {self.at_least} will do.")
         lines.append(f"{self.states} states judged in {self.seconds:.1f} s.")
         return "\n".join(lines)
@@ -179,12 +186,13 @@ def build_by_courses(
     check_seconds(seconds)
     courses = courses_of(assembly, along)
     site = _Site(whole, None if journal is None else Journal(journal, whole, "courses"))
-    began, built, outcome = monotonic(), list[Course](), CoursesOutcome.BUILT
+    began, built, outcome, over = monotonic(), list[Course](), CoursesOutcome.BUILT, None
     present, held = assembly.support.copy(), np.zeros(assembly.n_blocks, dtype=bool)
     try:
         for course in courses:
             if seconds is not None and monotonic() > began + seconds:
-                raise KeyboardInterrupt
+                outcome, over = CoursesOutcome.STOPPED, seconds
+                break
             present[course] = True
             held, least, is_proven = site.held_after(present, held, course)
             outcome = outcome if is_proven else CoursesOutcome.UNDECIDED
@@ -196,7 +204,7 @@ def build_by_courses(
         boundary = _names(assembly, np.flatnonzero(assembly.support))
         steps = tuple(Step(course.blocks, course.held) for course in built)
         plan = Plan(steps, boundary, name=f"{assembly.name}, built by courses")
-    return CoursesResult(outcome, tuple(built), plan, site.judged, monotonic() - began)
+    return CoursesResult(outcome, tuple(built), plan, site.judged, monotonic() - began, len(courses), over)
 
 
 def courses_of(assembly: Assembly, along: Along = None) -> list[Ints]:

@@ -59,6 +59,7 @@ class OrderResult(Result):
     moving: tuple[str, ...] = ()  #: blocks that move first where the finished assembly falls
     undecided: int = 0  #: states that could be proven neither stable nor unstable
     barred: tuple[str, ...] = ()  #: blocks with no straight motion found beside others, though none is excluded
+    time_limit: float | None = None  #: where it was stopped by its limit of time, that limit [s]
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON.
@@ -83,6 +84,7 @@ class OrderResult(Result):
             "moving": list(self.moving),
             "barred": list(self.barred),
             "seconds": self.seconds,
+            "time_limit": self.time_limit,
             "steps": steps,
         }
 
@@ -95,6 +97,8 @@ class OrderResult(Result):
             One fact a line.
         """
         lines = [self.outcome.value]
+        if self.time_limit is not None:
+            lines = [f"Stopped: the limit of {self.time_limit:g} s was over before the search found an order."]
         if self.finished is None:
             lines.append("The finished assembly itself, with which every order ends, was not judged.")
         elif self.finished is Outcome.UNSTABLE:
@@ -181,9 +185,10 @@ def find_order(
     whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
     kept = None if journal is None else Journal(journal, whole, flow)
     search = Search(whole, held_at_most, flow, Constraints(groups, reach, insertion), kept)
-    began = monotonic()
+    began, over = monotonic(), None
     try:
         outcome, path = search.run(None if seconds is None else began + seconds)
+        over = seconds if outcome is OrderOutcome.STOPPED else None
     except KeyboardInterrupt:
         outcome, path = OrderOutcome.STOPPED, None
     plan = None if path is None else search.plan(path)
@@ -193,7 +198,7 @@ def find_order(
         moving = [] if search.undecided else search.fallen
     names, solved = assembly.names, whole.evidence.statistics["solved"]
     moved, barred = (tuple(names[k] for k in blocks) for blocks in (moving, search.barred))
-    known = finished, moved, search.undecided, barred
+    known = finished, moved, search.undecided, barred, over
     return OrderResult(outcome, plan, held_at_most, search.judged, solved, monotonic() - began, *known)
 
 

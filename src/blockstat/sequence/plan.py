@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from time import monotonic, process_time
@@ -16,7 +17,7 @@ from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError, check_choice, check_names, known_options, no_such
-from blockstat.result import Result, counted, finite, listed
+from blockstat.result import Result, Unfinished, counted, finite, listed
 from blockstat.sequence.props import Falsework, Prop, check_on_block, on_props, prop_of
 from blockstat.sequence.states import Whole
 from blockstat.system.reading import text_of
@@ -129,15 +130,11 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
     try:
         data = json.loads(text_of(Path(path)))
         steps = tuple(_step(step, k) for k, step in enumerate(data["steps"]))
-        plan = Plan(
-            steps,
-            check_names("boundary", data.get("boundary", ())),
-            check_names("never_installed", data.get("never_installed", ())),
-            str(data.get("name", Path(path).stem)),
-            str(data.get("assembly", "")),
-            {k: v for k, v in data.items() if k not in KEYS},
-            {str(name): prop_of(str(name), prop) for name, prop in data.get("props", {}).items()},
-        )
+        boundary, never = (check_names(key, data.get(key, ())) for key in ("boundary", "never_installed"))
+        other = {k: v for k, v in data.items() if k not in KEYS}
+        props = {str(name): prop_of(str(name), prop) for name, prop in data.get("props", {}).items()}
+        name, of = str(data.get("name", Path(path).stem)), str(data.get("assembly", ""))
+        plan = Plan(steps, boundary, never, name, of, other, props)
         check_plan(plan, assembly)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
@@ -265,8 +262,8 @@ def _check_props(plan: Plan, assembly: Assembly) -> None:
 class PlanVerdict(Result):
     """The verdicts on the steps of a plan."""
 
-    outcome: Outcome  #: stable when every step is, else that of the first step which is not
-    plan: Plan
+    outcome: Outcome | Unfinished  #: stable when every step is, else that of the first step which is not
+    plan: Plan  #: of one that was interrupted, the steps that were judged
     verdicts: tuple[Verdict, ...]  #: one a step, without props
     outcomes: tuple[Outcome, ...]  #: one a step, with its props
     friction: float
@@ -278,6 +275,7 @@ class PlanVerdict(Result):
     #: how far the ground may tilt towards +x, -x, +y and -y at each step, whichever is worst [deg] (`Whole.tilt`)
     tilt: tuple[float, ...] | None = None
     tilt_any_way: tuple[float, ...] | None = None  #: what each step is proven to stand in any direction [deg]
+    missing: int = 0  #: steps that an interrupt has left unjudged
 
     @property
     def first_fall(self) -> int | None:
@@ -330,6 +328,7 @@ class PlanVerdict(Result):
             "friction": finite(self.friction),
             "held_at_most": self.plan.most_held,
             "first_fall": self.first_fall,
+            "missing": self.missing,
             "seconds": self.seconds,
             "least_friction": self.least_friction and [finite(value) for value in self.least_friction],
             "steps": self.rows(),
@@ -351,24 +350,23 @@ class PlanVerdict(Result):
         rows = self.rows()
         bad = [row for row in rows if row["verdict"] != "stable"]
         each = 1e3 * self.seconds / max(len(rows), 1)
-        head = f"{self.plan.name}: {len(rows)} steps, at most {self.plan.most_held} held, friction {self.friction:g}"
-        lines = [f"{head}; {each:.1f} ms a step"]
+        steps = f"{len(rows)} of {len(rows) + self.missing} steps" if self.missing else f"{len(rows)} steps"
+        head = f"{self.plan.name}: {steps}, at most {self.plan.most_held} held, friction {self.friction:g}"
         falls = f"{len(bad)} steps are not stable, the first is step {self.first_fall}."
-        lines.append(falls if bad else "Every step is stable.")
+        stand = "Each of these is stable." if self.missing else "Every step is stable."
+        lines = [Unfinished.STOPPED.value] * bool(self.missing)
+        lines += [f"{head}; {each:.1f} ms a step", falls if bad else stand]
         lines += [f"{'step':>5} {'verdict':<10} {'score':>9}  held; first to move"] if bad else []
         for row in bad:
             score = "-" if row["score"] is None else f"{row['score']:.3g}"
-            moving = listed(row["moving"], limit)
-            held_now = ", ".join(row["held"]) or "nothing"
-            lines.append(f"{row['step']:>5} {row['verdict']:<10} {score:>9}  {held_now}; {moving}")
+            what = f"{', '.join(row['held']) or 'nothing'}; {listed(row['moving'], limit)}"
+            lines.append(f"{row['step']:>5} {row['verdict']:<10} {score:>9}  {what}")
         on = {k: one for k, one in enumerate(self.falsework) if one and self.outcomes[k] is Outcome.STABLE}
         if on:
             worst, most = max(on.items(), key=lambda item: item[1].total)
-            line = (
-                f"{len(on)} steps stand on props; step {worst} needs most: at least {most.total:.6g} N in total, then"
-            )
-            lines.append(f"{line} with up to {most.peak:.6g} N in one of them.")
-        if self.plan.steps and (left := self.plan.standing_props()[-1]):
+            line = f"{len(on)} steps stand on props; step {worst} needs most: at least {most.total:.6g} N in total,"
+            lines.append(f"{line} then with up to {most.peak:.6g} N in one of them.")
+        if self.plan.steps and not self.missing and (left := self.plan.standing_props()[-1]):
             line = f"{counted(len(left), 'prop')} never taken away: {listed(left, limit)}."
             lines.append(f"{line} The last step is judged with them.")
         if self.tilt and self.tilt_any_way:
@@ -394,6 +392,7 @@ def assess_plan(
     reserve: bool = False,
     tilt: bool = False,
     jobs: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> PlanVerdict:
     """Judge every step of a plan.
 
@@ -415,6 +414,10 @@ def assess_plan(
         that it carries are no convex set.
     jobs : int, optional
         As of `assess_states`; the search of the least friction is done by this process alone.
+    progress : callable, optional
+        Called with the steps judged and all of them. With it, and one process, a KeyboardInterrupt after the first step
+        leaves the others out, and the outcome is "stopped" unless one of those before is not stable; after the last
+        step it leaves out the least friction. Without it, it is raised.
 
     Returns
     -------
@@ -444,12 +447,15 @@ def assess_plan(
     states = [whole.state_of(*state, f"step {k}") for k, state in enumerate(plan.states())]
     if plan.props and (reserve or tilt):
         raise InputError(f"{'reserve' if reserve else 'tilt'}=True is for plans without props")
-    judged = in_stretches(partial(_judged, whole, plan, flow, tilt), list(enumerate(states)), jobs)
+    judged = in_stretches(partial(_judged, whole, plan, flow, tilt), list(enumerate(states)), jobs, progress)
     verdicts, outcomes, falsework, tilts, any_way, seconds = zip(*judged, strict=True) if judged else ((),) * 6
-    worst = next((outcome for outcome in outcomes if outcome is not Outcome.STABLE), Outcome.STABLE)
-    least = least_friction(whole, states) if reserve else None
+    missing, done, least = len(states) - len(judged), replace(plan, steps=plan.steps[: len(judged)]), None
+    every = Unfinished.STOPPED if missing else Outcome.STABLE
+    worst = next((outcome for outcome in outcomes if outcome is not Outcome.STABLE), every)
+    with suppress(*([] if progress is None else [KeyboardInterrupt])):
+        least = least_friction(whole, states) if reserve and not missing else None
     given = whole.assembly.friction, least, sum(seconds), falsework, *((tilts, any_way) if tilt else ())
-    return PlanVerdict(worst, plan, verdicts, outcomes, *given)
+    return PlanVerdict(worst, done, verdicts, outcomes, *given, missing=missing)
 
 
 def _judged(

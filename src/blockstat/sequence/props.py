@@ -10,7 +10,7 @@ and the least peak minimises t with r <= t instead.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -534,6 +534,7 @@ def remove_each(
     flow: str = "associated",
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Verdict]:
     """Take out every single block of an assembly in turn and judge what is left.
 
@@ -545,6 +546,9 @@ def remove_each(
         The blocks that are taken out; by default all that are no supports.
     friction, flow, gap, interfaces
         As of `assess_states`.
+    progress : callable, optional
+        Called with the blocks taken out so far and those asked for. With it a KeyboardInterrupt after the first leaves
+        the others out of the answer; without it, it is raised.
 
     Returns
     -------
@@ -567,9 +571,15 @@ def remove_each(
     everything = np.ones(assembly.n_blocks, dtype=bool)
     whole.assess(everything, assembly.support, flow=flow, score=False)
     whole.evidence.pin()
-    found = {}
-    for block in chosen.tolist():
-        present = everything.copy()
-        present[block] = False
-        found[assembly.names[block]] = whole.assess(present, assembly.support & present, flow=flow, score=False)
+    found = dict[str, Verdict]()
+    try:
+        for block in chosen.tolist():
+            present = everything.copy()
+            present[block] = False
+            found[assembly.names[block]] = whole.assess(present, assembly.support & present, flow=flow, score=False)
+            if progress is not None:
+                progress(len(found), len(chosen))
+    except KeyboardInterrupt:
+        if progress is None or not found:
+            raise
     return found

@@ -41,7 +41,7 @@ class OrderOutcome(Sentence):
     FOUND = "Found: an order in which every state is proven stable."
     NONE = "None: no order with so few held blocks exists; every way has been tried."
     UNDECIDED = "Undecided: no order found, but not every way to one is excluded."
-    STOPPED = "Stopped: the search was interrupted before it found an order."
+    STOPPED = "Stopped: the search was ended before it found an order."
 
 
 @dataclass(frozen=True)

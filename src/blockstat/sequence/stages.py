@@ -14,7 +14,7 @@ to the face of a block that looks down most (`blockstat.centring`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -26,7 +26,7 @@ from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError, check_choice, known_options
-from blockstat.result import Result, finite, listed
+from blockstat.result import Result, Unfinished, finite, listed
 from blockstat.sequence.courses import levels
 from blockstat.sequence.props import Falsework, centring, held_by_props, outcome_with_props
 from blockstat.sequence.states import Whole
@@ -64,8 +64,9 @@ class StageVerdict:
 class StagesVerdict(Result):
     """The stages of a scene, one after the other."""
 
-    outcome: Outcome  #: stable when every stage is, else that of the first which is not
+    outcome: Outcome | Unfinished  #: stable when every stage is, else that of the first which is not
     stages: tuple[StageVerdict, ...]
+    missing: int = 0  #: stages and courses that an interrupt has left unjudged
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON.
@@ -77,6 +78,7 @@ class StagesVerdict(Result):
         """
         return {
             "verdict": self.outcome.word,
+            "missing": self.missing,
             "stages": [
                 {
                     "name": stage.name,
@@ -105,7 +107,8 @@ class StagesVerdict(Result):
         str
             One fact a line.
         """
-        lines = []
+        done = len(self.stages)
+        lines = [f"Stopped: {done} of {done + self.missing} stages and courses were judged."] if self.missing else []
         for stage in self.stages:
             words = f"{stage.name}: {stage.blocks} blocks, {stage.outcome.word}"
             if stage.falsework is not None and stage.outcome is Outcome.STABLE:
@@ -185,6 +188,7 @@ def assess_stages(
     flow: str = "associated",
     gap: float | str = GAP,
     jobs: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> StagesVerdict:
     """Judge the construction stages that a scene gives its assembly.
 
@@ -197,6 +201,10 @@ def assess_stages(
         forces of the centring hold it, and falls if a mechanism proves that none do.
     jobs : int, optional
         As of `assess_states`.
+    progress : callable, optional
+        Called with the stages and courses judged and all of them. With it, and one process, a KeyboardInterrupt after
+        the first leaves the others out, and the outcome is "stopped" unless one of those before is not stable; without
+        it, it is raised.
 
     Returns
     -------
@@ -236,9 +244,11 @@ def assess_stages(
             )
             on = _blocks(assembly, stage.centring, stage.name)
             states.append((name, present.copy(), on[present[on]]))
-    found = in_stretches(partial(_judged, whole, flow), states, jobs)
-    worst = next((stage.outcome for stage in found if stage.outcome is not Outcome.STABLE), Outcome.STABLE)
-    return StagesVerdict(worst, tuple(found))
+    found = in_stretches(partial(_judged, whole, flow), states, jobs, progress)
+    missing = len(states) - len(found)
+    every = Unfinished.STOPPED if missing else Outcome.STABLE
+    worst = next((stage.outcome for stage in found if stage.outcome is not Outcome.STABLE), every)
+    return StagesVerdict(worst, tuple(found), missing)
 
 
 def _judged(whole: Whole, flow: str, states: list[tuple[str, np.ndarray, Ints]]) -> list[StageVerdict]:

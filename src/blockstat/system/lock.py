@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from blockstat.errors import InputError
@@ -16,7 +16,8 @@ NAME = ".blockstat-lock"
 def locked(directory: str | Path, *, name: str = NAME) -> Iterator[None]:
     """Keep a directory to this process while the body of a `with` statement runs.
 
-    The system frees the lock when the process ends, however it ends.
+    The system frees the lock when the process ends, however it ends. The file of the lock is removed at the end of the
+    body, where the system removes files that are open (Windows does not); one that a killed process left is taken over.
 
     Parameters
     ----------
@@ -31,20 +32,39 @@ def locked(directory: str | Path, *, name: str = NAME) -> Iterator[None]:
         When another process has the directory, with its number.
     """
     path = Path(directory) / name
-    handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    while (handle := _taken(path, directory)) is None:
+        pass
     try:
-        try:
-            _take(handle)
-        except OSError:
-            owner = os.pread(handle, 20, 0).decode("ascii", "replace").strip() if hasattr(os, "pread") else ""
-            who = f"process {owner}" if owner.isdigit() else "another process"
-            message = f"{directory}: {who} writes there; wait for its end, or choose another directory"
-            raise InputError(message) from None
         os.ftruncate(handle, 0)
         os.write(handle, f"{os.getpid()}\n".encode())
         yield
     finally:
+        with suppress(OSError):
+            path.unlink()  # while it is locked: who has opened it meanwhile sees that it is gone
         os.close(handle)
+
+
+def _taken(path: Path, directory: str | Path) -> int | None:
+    """Open a file and lock it; None where the file that was opened is no longer there: who had it has removed it.
+
+    A lock on a file that is gone keeps nobody out, for the next one makes a new file. Only who has the lock removes the
+    file, so one that is there once it is locked stays.
+    """
+    handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    is_there = False
+    try:
+        _take(handle)
+        with suppress(FileNotFoundError):
+            is_there = os.path.samestat(os.fstat(handle), path.stat())
+    except OSError:
+        owner = os.pread(handle, 20, 0).decode("ascii", "replace").strip() if hasattr(os, "pread") else ""
+        who = f"process {owner}" if owner.isdigit() else "another process"
+        message = f"{directory}: {who} writes there; wait for its end, or choose another directory"
+        raise InputError(message) from None
+    finally:
+        if not is_there:
+            os.close(handle)
+    return handle if is_there else None
 
 
 def _take(handle: int) -> None:

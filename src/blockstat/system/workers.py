@@ -92,7 +92,12 @@ def _on_dask(client: Any, function: Callable[[Any], T], tasks: Iterable[Any], ah
         running.update(list(islice(calls, 1)))
 
 
-def in_stretches(function: Callable[[Any], list[T]], items: Sequence[Any] | Floats, jobs: int | None) -> list[T]:
+def in_stretches(
+    function: Callable[[Any], list[T]],
+    items: Sequence[Any] | Floats,
+    jobs: int | None,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[T]:
     """Call a function for stretches of a sequence, side by side, and join what it returns.
 
     Parameters
@@ -103,11 +108,14 @@ def in_stretches(function: Callable[[Any], list[T]], items: Sequence[Any] | Floa
         The items. Where this process does all of the work, they are one stretch.
     jobs : int or None
         As of `count_workers`.
+    progress : callable, optional
+        Called with the items done and all of them. Where this process does all of the work, it is called after each
+        item, and a KeyboardInterrupt after the first ends the work; with others, and without it, that is raised.
 
     Returns
     -------
     list
-        An answer for each item, in the order of the items.
+        An answer for each item, in the order of the items; for the first ones alone after an interrupt.
 
     Examples
     --------
@@ -117,12 +125,32 @@ def in_stretches(function: Callable[[Any], list[T]], items: Sequence[Any] | Floa
     """
     workers = count_workers(jobs)
     if not workers or len(items) < 2:
-        return function(items)
+        return function(items) if progress is None else _until_interrupted(function, items, progress)
     n = min(STRETCHES * workers, len(items))
     stretches = [(k, items[len(items) * k // n : len(items) * (k + 1) // n]) for k in range(n)]
     # The last ones first: later states of a building have more blocks.
-    found = dict(as_they_come(partial(_numbered, function), reversed(stretches), jobs))
+    found, done = dict[int, list[T]](), 0
+    for number, answers in as_they_come(partial(_numbered, function), reversed(stretches), jobs):
+        found[number] = answers
+        done += len(answers)
+        if progress is not None:
+            progress(done, len(items))
     return [answer for k in range(n) for answer in found[k]]
+
+
+def _until_interrupted(
+    function: Callable[[Any], list[T]], items: Sequence[Any] | Floats, progress: Callable[[int, int], None]
+) -> list[T]:
+    """What a function returns for each item, of the first ones alone after an interrupt."""
+    done = list[T]()
+    try:
+        for k in range(len(items)):
+            done += function(items[k : k + 1])
+            progress(len(done), len(items))
+    except KeyboardInterrupt:
+        if not done:
+            raise
+    return done
 
 
 def _numbered(function: Callable[[Any], list[T]], stretch: tuple[int, Any]) -> tuple[int, list[T]]:

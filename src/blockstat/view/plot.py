@@ -39,6 +39,7 @@ USED = "friction or strength used at the block's joints (1: at the limit)"  #: l
 SIGNED = "RdBu"  #: blue above zero, red below
 THIN = "#0072B2"  #: contacts without area
 GHOST = (0.95, 0.95, 0.95, 0.55)
+NO_PICTURE = {"pgf", "raw", "rgba"}  #: what matplotlib writes that is code for TeX, or no file of a picture
 STILL = 1e-3  #: blocks slower than this, relative to the fastest, leave no ghost
 
 
@@ -196,7 +197,8 @@ def fresh_figure(path: Path) -> Figure:
     if path.suffix.lower() == ".glb":
         raise InputError(f"{path}: only a mechanism is written as .glb (--mechanism); a picture is .png or .svg")
     figure = Figure(figsize=(8, 6), dpi=150, layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1))
-    if path.suffix.lower().removeprefix(".") not in figure.canvas.get_supported_filetypes():
+    written = figure.canvas.get_supported_filetypes().keys() - NO_PICTURE
+    if path.suffix.lower().removeprefix(".") not in written:
         raise InputError(f'{path}: no picture is written as "{path.suffix}"; a picture is .png, .svg or .pdf')
     return figure
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from functools import partial
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -251,6 +252,7 @@ def limit(
     A block falls when it moves further than the threshold, by default about a thirtieth of the median block size; a run
     ends there. Limits need --preset default or careful: in the coarse steps of fast, joints creep.
     """
+    from dynsim.judge.limit import LimitOutcome
     from dynsim.judge.limit import limit as run
     from dynsim.settings import Settings
 
@@ -261,13 +263,15 @@ def limit(
     with at_work("static limit") as say:
         found = run(
             with_glue(assembly, glue), growing, loads=permanent, settings=settings, width=width, check=check, gap=near,
-            progress=lambda trial: say(f"{trial.multiplier:.5g}: {trial.verdict}"),
+            progress=lambda trial: say(f"{trial.multiplier:.5g}: {trial.verdict} (Ctrl-C keeps the bracket)"),
         )  # fmt: skip
     if as_json:
         print_json({"file": str(file), **found.summary()})
-        return
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.process_seconds:.1f} s")
-    typer.echo(found.explain())
+    else:
+        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.process_seconds:.1f} s")
+        typer.echo(found.explain())
+    if found.outcome is LimitOutcome.STOPPED and not (isfinite(found.lower) and isfinite(found.upper)):
+        raise KeyboardInterrupt  # before there was a bracket
 
 
 @app.command()

@@ -47,6 +47,9 @@ Kept = Annotated[
     ),
 ]
 
+GOES_ON = "the same command goes on from here"
+NOTHING_KEPT = "nothing is kept; with -o DIR each run is, and the same command goes on from them"
+
 
 def ida(
     file: FileArgument,
@@ -107,8 +110,8 @@ def ida(
         else:
             seconds = found.process_seconds
             typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {seconds:.1f} s\n{found.explain()}")
-            if not found.finished and output is not None:
-                typer.echo("interrupted: the same command goes on from here")
+            if not found.finished:
+                typer.echo(f"interrupted: {NOTHING_KEPT if output is None else GOES_ON}")
             if files:
                 typer.echo(f"picture: {picture}")
     if not found.finished:

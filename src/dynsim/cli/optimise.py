@@ -73,23 +73,20 @@ def optimise(
         "imperfection": " and ".join(imperfection or ()) or None, "probability": probability, "group": group,
         "threshold": threshold, "preset": preset,
     }  # fmt: skip
-    result, report = run(
-        building,
-        directory,
-        names=names,
-        settings=settings,
-        jobs=jobs,
-        under=lambda assembly: modified(assembly, friction=friction, gravity=gravity, tilt=tilt),
-        conditions=_told(conditions),
-        options=_told(others),
-        strategy=strategy,
-        over=over,
-        margin=_margin(reserve) if reserve is not None else None,
-        snap=snap,
-        imperfections=imperfections_of(imperfection),
-        target=None if probability is None else FailureTarget(probability),
-        gap=near,
-    )
+    answers: list[SearchResult] = []
+    try:
+        result, report = run(
+            building, directory, names=names, settings=settings, jobs=jobs,
+            under=lambda assembly: modified(assembly, friction=friction, gravity=gravity, tilt=tilt),
+            conditions=_told(conditions), options=_told(others), strategy=strategy, over=over,
+            margin=_margin(reserve) if reserve is not None else None, snap=snap,
+            imperfections=imperfections_of(imperfection),
+            target=None if probability is None else FailureTarget(probability), gap=near, answered=answers.append,
+        )  # fmt: skip
+    except KeyboardInterrupt:
+        for answer in answers:  # while the report was drawn
+            _print_result(answer, None, as_json)
+        raise
     _print_result(result, report, as_json)
     if not result.finished:
         raise KeyboardInterrupt
@@ -102,8 +99,8 @@ def _told(given: dict[str, Any]) -> str:
     return ", ".join(f"{name} {value}" for name, value in given.items() if value is not None)
 
 
-def _print_result(result: SearchResult, report: Path, as_json: bool) -> None:
-    """Print the best design and where its report is, or all of the history as JSON."""
+def _print_result(result: SearchResult, report: Path | None, as_json: bool) -> None:
+    """Print the best design and where its report is, if it was written, or all of the history as JSON."""
     from blockstat.design_search.candidate import failures
 
     if as_json:
@@ -118,7 +115,7 @@ def _print_result(result: SearchResult, report: Path, as_json: bool) -> None:
                 "certificates_reused": result.certificates_reused,
                 "dynamic_runs": result.dynamic_runs,
                 "failure": result.summary()["failure"],
-                "report": str(report),
+                "report": report and str(report),
             }
         )
     else:
@@ -130,11 +127,12 @@ def _print_result(result: SearchResult, report: Path, as_json: bool) -> None:
             if result.finished
             else "none so far"
         )
-        if not result.finished:
-            typer.echo("interrupted: the same command goes on from here")
+        if report is None or not result.finished:
+            when = " while the report was drawn" if result.finished else ""
+            typer.echo(f"interrupted{when}: the same command goes on from here")
         if failed := failures(asdict(candidate) for candidate in result.history):
             typer.echo(failed)
-        typer.echo(f"best: {words}\nreport: {report}")
+        typer.echo(f"best: {words}\nreport: {report or 'not written'}")
 
 
 def _margin(text: str) -> Margin:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -22,10 +22,16 @@ from blockstat.cli.options import (
     load,
     print_json,
 )
+from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from blockstat.system.reading import text_of
 from dynsim.cli.criteria import Preset
 from dynsim.cli.loads import Output
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+    from dynsim.comparison.steps import StepComparison
+    from dynsim.judge.replay import DynamicSequence
 
 
 def sequence(
@@ -61,20 +67,37 @@ def sequence(
     doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
     steps = read_plan(plan, assembly)
     settings = Settings.named(preset, **(STEP if preset != "careful" else {}))  # what is asked for with care stays
-    found = run(assembly, steps, settings=settings, gap=near)
-    summary: dict[str, Any] = {"file": str(file), **found.summary()}
-    lines = [found.explain()]
-    if statics:
-        from dynsim.comparison.steps import compare_steps
+    with at_work(f"{len(steps.steps)} steps") as say:
 
-        compared = compare_steps(assembly, found, gap=near)
-        summary["statics"] = compared.summary()
-        lines.append(compared.explain())
+        def progress(done: int, number: int) -> None:
+            say(f"{done} of {number} steps carried out (Ctrl-C keeps them)")
+
+        found = run(assembly, steps, settings=settings, gap=near, progress=progress)
+    summary: dict[str, Any] = {"file": str(file), **found.summary()}
+    lines, interrupted = [found.explain()], found.missing > 0
+    if statics:
+        compared = None if interrupted else _beside(assembly, found, near)
+        interrupted = compared is None
+        summary["statics"] = compared and compared.summary()
+        lines.append("Statics were not asked: interrupted." if compared is None else compared.explain())
     with drawn(output=(write_run, found.run, output)) as files:
         if as_json:
             print_json(summary | files)
         else:
             typer.echo("\n".join(lines + [f"run: {output}"] * len(files)))
+    if interrupted:
+        raise KeyboardInterrupt
+
+
+def _beside(assembly: Assembly, found: DynamicSequence, gap: float | str) -> StepComparison | None:
+    """What statics say of each step; None where an interrupt came, for the run is known."""
+    from dynsim.comparison.steps import compare_steps
+
+    try:
+        with at_work(f"statics of {len(found.steps)} steps"):
+            return compare_steps(assembly, found, gap=gap)
+    except KeyboardInterrupt:
+        return None
 
 
 def _assembly_of(plan: Path) -> Path:

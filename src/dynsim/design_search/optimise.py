@@ -65,6 +65,7 @@ def optimise(
     imperfections: Imperfections | None = None,
     target: FailureTarget | None = None,
     gap: float | str = GAP,
+    answered: Callable[[SearchResult], None] = lambda result: None,
 ) -> tuple[SearchResult, Path]:
     """Search for the lightest design that stands, confirm it in Bullet, and write a report.
 
@@ -91,6 +92,8 @@ def optimise(
         What else was asked for, in words. The report says it, and a history does not depend on it.
     strategy, over, margin, snap, points, imperfections, target, gap : optional
         As in `blockstat.search`.
+    answered : callable, optional
+        Called with the best design and the history before the pictures and the report are made, which takes a while.
 
     Returns
     -------
@@ -140,6 +143,7 @@ def optimise(
                 target=target,
                 gap=gap,
             )
+        answered(result)
         figures = write_designs(result, directory, under=under, gap=gap, imperfections=imperfections)
         figures += _moved(result, directory, settings, under, gap)
         given = {"Judged": conditions, "Searched": options}

@@ -15,7 +15,7 @@ from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, check_choice, check_number, known_options
 from blockstat.result import Result, Sentence, finite, millimetres
 from blockstat.typing import Floats
-from dynsim.earthquake.fragility import Fragility, fit_fragility
+from dynsim.earthquake.fragility import FEWEST, Fragility, fit_fragility
 from dynsim.earthquake.hunt import Hunt, bracket
 from dynsim.earthquake.motion import MEASURES, Motions, intensity_of, named_motions
 from dynsim.earthquake.runs import REST, Kept, ScaledRun, Shaking, kept
@@ -36,7 +36,7 @@ class IncrementalOutcome(Sentence):
     PARTIAL_COLLAPSE = "Partial collapse: some records fell a block; the others do not up to the greatest intensity."
     STANDS = "Stands: no record fells a block up to the greatest intensity."
     FALLS_AT_REST = "Falls at rest: a block falls without a record."
-    INCOMPLETE = "Incomplete: records have runs to come; those that are done are kept."
+    INCOMPLETE = "Incomplete: records have runs to come."
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +153,13 @@ class IncrementalAnalysis(Result):
         bounds: Floats = np.array([(curve.lower, curve.upper) for curve in run]).reshape(-1, 2)
         return fit_fragility(*bounds.T, confidence=self.confidence if confidence is None else confidence)
 
+    def _lacking(self, error: InputError) -> str:
+        """Why there is no fragility; of enough records runs to come may be all that it lacks."""
+        coming = sum(not curve.complete for curve in self.curves)
+        if len(self.curves) < FEWEST or not coming:
+            return error.line
+        return f"fragility: {coming} of {len(self.curves)} records have runs to come"
+
     def explain(self) -> str:
         """Return the collapse intensities and the fragility in words, one fact a line.
 
@@ -178,7 +185,7 @@ class IncrementalAnalysis(Result):
         try:
             lines.append(self.fragility().explain() + f" Intensities are {self.measure.upper()} in {unit}.")
         except InputError as error:
-            lines.append(f"No fragility: {error.line.removeprefix('fragility: ')}.")
+            lines.append(f"No fragility: {self._lacking(error).removeprefix('fragility: ')}.")
         return "\n".join([*lines, *(f"Warning: {text}." for text in self.warnings)])
 
     def summary(self) -> dict[str, Any]:
@@ -192,7 +199,7 @@ class IncrementalAnalysis(Result):
         try:
             fitted, why = self.fragility().summary(), None
         except InputError as error:
-            fitted, why = None, error.line
+            fitted, why = None, self._lacking(error)
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.analysis.limit_load import LoadOutcome, limit_load
+from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, check_number, known_options
@@ -41,6 +41,7 @@ class LimitOutcome(Sentence):
 
     LIMIT = "Limit: in Bullet the assembly carries the load up to the lower multiplier, and moves at the upper one."
     UNBOUNDED = "Unbounded: no multiple of the load that was tried moves the assembly in Bullet."
+    STOPPED = "Stopped: the runs until then, and what they bracket in Bullet."
     DEAD_LOAD_FALLS = "Falls under dead load: in Bullet the assembly does not stand without the load."
 
 
@@ -60,8 +61,10 @@ class DynamicLimit(Result):
     """Bracket on the multiplier of a load at which an assembly ceases to stand in Bullet."""
 
     outcome: LimitOutcome
-    lower: float  #: largest multiplier below `upper` at which it stood; 0 where runs cannot tell one from 0
-    upper: float  #: smallest multiplier at which it did not
+    #: largest multiplier below `upper` at which it stood; 0 where runs cannot tell one from 0; -inf where an interrupt
+    #: came before it stood at any
+    lower: float
+    upper: float  #: smallest multiplier at which it did not; inf where an interrupt came before
     static: tuple[float, float]  #: the static bracket, associated flow
     trials: tuple[Trial, ...]  #: in the order they were run
     process_seconds: float  #: of the runs and the static limit
@@ -83,8 +86,8 @@ class DynamicLimit(Result):
             One fact a line.
         """
         lines = [self.outcome.value]
-        if self.outcome is LimitOutcome.LIMIT:
-            lines.append(f"Multiplier between {self.lower:.5g} and {self.upper:.5g}.")
+        if self.outcome in (LimitOutcome.LIMIT, LimitOutcome.STOPPED):
+            lines.append(self._between())
         if np.isinf(self.static[0]) and self.static[0] > 0:
             lines.append("Statics carry the load without bound.")
         elif np.isneginf(self.static[1]):
@@ -100,6 +103,14 @@ class DynamicLimit(Result):
         lines += [f"{t.multiplier:.5g}: {t.verdict}, {millimetres(t.max_displacement, 2)} mm" for t in self.trials]
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
+
+    def _between(self) -> str:
+        """The bracket, or the end of it that is known."""
+        if np.isneginf(self.lower):
+            return f"Multiplier below {self.upper:.5g}; it has not stood at any so far."
+        if np.isinf(self.upper):
+            return f"Multiplier above {self.lower:.5g}; it has not moved at any so far."
+        return f"Multiplier between {self.lower:.5g} and {self.upper:.5g}."
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON; what is not finite is None.
@@ -164,7 +175,8 @@ def limit(
     interfaces : Interfaces, optional
         Joints of the assembly; searched for once when None.
     progress : callable, optional
-        Called with the `Trial` of every run.
+        Called with the `Trial` of every run. With it a KeyboardInterrupt after the first run gives the outcome
+        "stopped" and the bracket until then; without it, it is raised.
 
     Returns
     -------
@@ -201,15 +213,12 @@ def limit(
         assembly, force, as_loads(assembly, loads), settings, interfaces, width, progress,
         unbounded=static.outcome is LoadOutcome.UNBOUNDED,
     )  # fmt: skip
-    if static.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE and not search.stands(0.0):
-        outcome, lower, upper = LimitOutcome.DEAD_LOAD_FALLS, -np.inf, -np.inf
-    else:
-        guess = static.upper if np.isfinite(static.upper) and static.upper > 0 else None
-        outcome, lower, upper = search.bracket(guess)
-        if check and outcome is LimitOutcome.LIMIT:
-            for multiplier in (lower * (1 - BESIDE), upper * (1 + BESIDE)):
-                if multiplier:  # 0 was tried
-                    search.stands(multiplier)
+    try:
+        outcome, lower, upper = search.beside(static, check)
+    except KeyboardInterrupt:
+        if progress is None or not search.trials:
+            raise
+        outcome, lower, upper = LimitOutcome.STOPPED, *search.until_then()
     return DynamicLimit(
         outcome, lower, upper, (static.lower, static.upper), tuple(search.trials), process_time() - start,
         search.threshold,
@@ -262,6 +271,7 @@ class _Search:
         self.warnings: dict[str, None] = {}  #: of the runs, each once
         total = Constant(force).size(assembly)
         self._unit = assembly.free_weight / total if total > 0 else 1.0  # where the load is as strong as the weight
+        self._found: tuple[float, float] | None = None  # the bracket, once it is narrow enough
         self._blind = Settings.of(settings).resolution / _greatest_share(assembly, force)  # no run has to show less
 
     def stands(self, multiplier: float) -> bool:
@@ -277,6 +287,27 @@ class _Search:
         if self._progress is not None:
             self._progress(trial)
         return _carries(trial, unbounded=self.unbounded)
+
+    def beside(self, static: LimitLoad, check: bool) -> tuple[LimitOutcome, float, float]:
+        """Outcome and bounds, from the static limit; to check them, more runs beside them."""
+        if static.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE and not self.stands(0.0):
+            return LimitOutcome.DEAD_LOAD_FALLS, -np.inf, -np.inf
+        outcome, lower, upper = self.bracket(static.upper if np.isfinite(static.upper) and static.upper > 0 else None)
+        self._found = lower, upper
+        if check and outcome is LimitOutcome.LIMIT:
+            for multiplier in (lower * (1 - BESIDE), upper * (1 + BESIDE)):
+                if multiplier:  # 0 was tried
+                    self.stands(multiplier)
+        return outcome, lower, upper
+
+    def until_then(self) -> tuple[float, float]:
+        """The bracket as far as the runs have found it."""
+        if self._found is not None:
+            return self._found
+        stood = {trial.multiplier: _carries(trial, unbounded=self.unbounded) for trial in self.trials}
+        high = min((at for at, carries in stood.items() if not carries), default=np.inf)
+        low = max((at for at, carries in stood.items() if carries and at < high), default=-np.inf)
+        return low if low > self._blind or np.isneginf(low) else 0.0, high
 
     def bracket(self, guess: float | None) -> tuple[LimitOutcome, float, float]:
         """Outcome and bounds, from a guess of the limit or from nothing."""

@@ -9,6 +9,7 @@ steps are judged, too.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from time import process_time
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ import numpy as np
 
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.result import Result, millimetres
+from blockstat.result import Result, Unfinished, millimetres
 from blockstat.sequence.plan import Plan, Step, check_plan
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.props import PropForces
@@ -51,13 +52,14 @@ class StepRun:
 class DynamicSequence(Result):
     """A plan carried out in Bullet."""
 
-    outcome: DynamicOutcome  #: stands when every step does, else that of the first step that does not
-    plan: Plan
+    outcome: DynamicOutcome | Unfinished  #: stands when every step does, else that of the first step that does not
+    plan: Plan  #: of one that was interrupted, the steps that were carried out
     steps: tuple[StepRun, ...]
     threshold: float  #: displacement from which a block has fallen [m]
     run: Run  #: one frame for the beginning and one for the end of each step; blocks to come lie where they were built
     warnings: tuple[str, ...] = ()
     resolution: float = STEP["resolution"]  #: the imbalance that would have shown in a step, as in `Settings`
+    missing: int = 0  #: steps that an interrupt has left out
 
     @property
     def first_fall(self) -> int | None:
@@ -98,6 +100,7 @@ class DynamicSequence(Result):
             "threshold": self.threshold,
             "resolution": self.resolution,
             "first_fall": self.first_fall,
+            "missing": self.missing,
             "steps": self.rows(),
             "process_seconds": self.run.process_seconds,
             "warnings": list(self.warnings),
@@ -114,9 +117,12 @@ class DynamicSequence(Result):
         rows = self.rows()
         bad = [row for row in rows if row["verdict"] != DynamicOutcome.STANDS.word]
         largest = max((row["max_displacement"] for row in rows), default=0.0)
-        lines = [f"{self.plan.name}: {len(rows)} steps, {self.run.process_seconds:.1f} s"]
+        steps = f"{len(rows)} of {len(rows) + self.missing} steps" if self.missing else f"{len(rows)} steps"
+        lines = [Unfinished.STOPPED.value] * bool(self.missing)
+        lines.append(f"{self.plan.name}: {steps}, {self.run.process_seconds:.1f} s")
         if not bad:
-            lines.append(f"Every step stands; blocks moved by {millimetres(largest, 2)} mm at most in one.")
+            each = "Each of these" if self.missing else "Every step"
+            lines.append(f"{each} stands; blocks moved by {millimetres(largest, 2)} mm at most in one.")
         else:
             lines.append(f"{len(bad)} steps do not stand, the first is step {bad[0]['step']}.")
         for row in bad:
@@ -135,6 +141,7 @@ def sequence(
     settings: Settings | None = None,
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> DynamicSequence:
     """Carry out a plan of building in Bullet and judge each step by displacement.
 
@@ -152,6 +159,9 @@ def sequence(
         Largest gap of a joint, as in `blockstat.assess`; not used where `interfaces` are given.
     interfaces : Interfaces, optional
         Joints of the assembly; searched for when None.
+    progress : callable, optional
+        Called with the steps carried out and all of them. With it a KeyboardInterrupt after the first step leaves the
+        others out, and the outcome is "stopped" unless one of those before does not stand; without it, it is raised.
 
     Returns
     -------
@@ -188,13 +198,14 @@ def sequence(
     props = _props(scene.assembly, plan)
     with World(scene.assembly, settings, [props] if plan.props else [], interfaces=scene.interfaces) as world:
         site = _Site(world, plan, settings, props)
-        steps = tuple(site.carry_out(*step) for step in zip(plan.steps, plan.standing_props(), strict=True))
+        steps = site.carry_out_all(progress)
         run = site.run()
-    worst = next((s.outcome for s in steps if s.outcome is not DynamicOutcome.STANDS), DynamicOutcome.STANDS)
-    run = replace(run, process_seconds=process_time() - start)
-    return DynamicSequence(
-        worst, plan, steps, site.threshold, run, (*scene.warnings, *run.warnings), settings.resolution
-    )
+    missing = len(plan.steps) - len(steps)
+    every = Unfinished.STOPPED if missing else DynamicOutcome.STANDS
+    worst = next((s.outcome for s in steps if s.outcome is not DynamicOutcome.STANDS), every)
+    run, done = replace(run, process_seconds=process_time() - start), replace(plan, steps=plan.steps[: len(steps)])
+    warnings = (*scene.warnings, *run.warnings)
+    return DynamicSequence(worst, done, steps, site.threshold, run, warnings, settings.resolution, missing)
 
 
 def _props(assembly: Assembly, plan: Plan) -> PropForces:
@@ -217,7 +228,7 @@ class _Site:
     """The blocks in Bullet while a plan is carried out."""
 
     def __init__(self, world: World, plan: Plan, settings: Settings, props: PropForces) -> None:
-        self._world, self._settings = world, settings
+        self._world, self._plan, self._settings = world, plan, settings
         self._props, self._prop_names = props, list(plan.props)
         self._assembly = assembly = world.assembly
         self._present = assembly.support.copy()
@@ -248,6 +259,19 @@ class _Site:
         self._world.place(block, moved, np.eye(3))
         self._present[block] = self._held[block] = True
         self._placed[block] = min(self._placed[block], self._time)
+
+    def carry_out_all(self, progress: Callable[[int, int], None] | None) -> tuple[StepRun, ...]:
+        """Carry out the steps; with progress, those until an interrupt, if there are any."""
+        steps, plan = list[StepRun](), self._plan
+        try:
+            for step, standing in zip(plan.steps, plan.standing_props(), strict=True):
+                steps.append(self.carry_out(step, standing))
+                if progress is not None:
+                    progress(len(steps), len(plan.steps))
+        except KeyboardInterrupt:
+            if progress is None or not steps:
+                raise
+        return tuple(steps)
 
     def carry_out(self, step: Step, standing: tuple[str, ...]) -> StepRun:
         """Carry out one step, at whose end some props stand, and judge it."""
@@ -315,8 +339,9 @@ class _Site:
         """The frames as a run."""
         film, n = self._film, self._assembly.n_blocks
         frames = len(film.times)
+        placed = np.where(self._placed < film.times[-1], self._placed, np.inf)  # not those of a step without an end
         return Run(
             self._assembly, np.array(film.times), np.array(film.displacement), np.array(film.rotation), 0.0, 0.0,
             np.zeros(frames), np.full(n, np.inf), Contacts(*self._world.contact_forces()), self._settings.time_step,
-            float(self._world.time / self._stretch), placed=self._placed, filled=self._world.filled,
+            float(self._world.time / self._stretch), placed=placed, filled=self._world.filled,
         )  # fmt: skip

@@ -194,7 +194,7 @@ def _centroid(assembly: Assembly, given: Any, along: Floats) -> Control:
     if isinstance(given, str) and given not in assembly.names:
         groups = sorted({group for group in assembly.groups if group})
         if not any(group == given or group.startswith(given + ".") for group in groups):
-            raise no_such("control", given, [*assembly.names, *groups, MEAN])
+            raise no_such("control", given, dict.fromkeys([*assembly.names, *groups, MEAN]))
         rows, name = assembly.in_group(given), f'centroid of group "{given}" along the load'
     else:
         rows = assembly.blocks_named(given, "control")
