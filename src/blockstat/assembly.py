@@ -23,7 +23,7 @@ from blockstat.errors import (
     gathered,
     no_such,
 )
-from blockstat.geometry.polyhedron import Polyhedra
+from blockstat.geometry.polyhedron import Polyhedra, read_only
 from blockstat.geometry.validity import check_geometry
 from blockstat.joint import JointLaw, Tie, check_laws
 from blockstat.system.reading import check_words
@@ -71,6 +71,8 @@ OF_SHAPES = {name for name, value in vars(Polyhedra).items() if isinstance(value
 @dataclass(frozen=True, eq=False)
 class Assembly(Polyhedra):
     """Rigid blocks, those that are supports, and the data that all joints share.
+
+    Its arrays are read-only; `with_` returns an assembly with others.
 
     Examples
     --------
@@ -196,12 +198,12 @@ class Assembly(Polyhedra):
     @cached_property
     def mass(self) -> Floats:
         """Mass of each block, shape (n_blocks,) [kg]."""
-        return self.density * self.volume
+        return read_only(self.density * self.volume)
 
     @cached_property
     def inertia(self) -> Floats:
         """Inertia tensor of each block about its centroid, shape (n_blocks, 3, 3) [kg m2]."""
-        return self.density[:, None, None] * self.integrals.inertia
+        return read_only(self.density[:, None, None] * self.integrals.inertia)
 
     @property
     def free(self) -> Ints:
