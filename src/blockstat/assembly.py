@@ -21,6 +21,7 @@ from blockstat.errors import (
     check_friction,
     check_gravity,
     gathered,
+    known_options,
     no_such,
 )
 from blockstat.geometry.polyhedron import Polyhedra, read_only
@@ -72,7 +73,7 @@ OF_SHAPES = {name for name, value in vars(Polyhedra).items() if isinstance(value
 class Assembly(Polyhedra):
     """Rigid blocks, those that are supports, and the data that all joints share.
 
-    Its arrays are read-only; `with_` returns an assembly with others.
+    Its arrays are read-only (`Rotation.apply` of SciPy needs a copy of them); `with_` returns an assembly with others.
 
     Examples
     --------
@@ -323,6 +324,7 @@ def _check_ties(assembly: Assembly) -> None:
             raise InputError(f"{tie.label}: between is {same}; it must be two blocks")
 
 
+@known_options
 def glued(assembly: Assembly, strength: float, *, moment: float | None = None) -> Assembly:
     """Return an assembly with glue in every joint: a bond of so much force, whatever the joint's area.
 

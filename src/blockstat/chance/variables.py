@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.special import ndtr
 
-from blockstat.errors import HUGE, InputError, check_choice
+from blockstat.errors import HUGE, InputError, check_choice, known_options
 from blockstat.joint import fits
 from blockstat.loads import Loads
 
@@ -100,6 +100,7 @@ class Random:
         return math.sqrt(math.log1p((self.second / self.first) ** 2)) * self.value(normal)
 
 
+@known_options
 def random_variables(assembly: Assembly) -> tuple[dict[str, Random], list[float] | None]:
     """Return the random variables that the scene of an assembly names under `[uncertain]`.
 

@@ -406,7 +406,7 @@ def _tilted(gravity: Any, tilt: str) -> Any:
         angle = numbers(degrees, 1, "--tilt", "AXIS,DEGREES")[0]
     except InputError:
         raise InputError(f'--tilt is "{tilt}"; it must read AXIS,DEGREES with DEGREES a number') from None
-    return Rotation.from_rotvec(np.deg2rad(angle) * np.array(AXES[axis])).apply(np.asarray(gravity))
+    return Rotation.from_rotvec(np.deg2rad(angle) * np.array(AXES[axis])).apply(np.array(gravity))
 
 
 def inputs(assembly: Assembly, *, units: str | None = None, gap: float | str | None = None) -> dict[str, Any]:

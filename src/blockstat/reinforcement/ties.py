@@ -241,6 +241,7 @@ def tie_gain(
     return np.where([tie.least == 0 for tie in ties], np.maximum(gain, 0.0), gain)
 
 
+@known_options
 def tendon_load(assembly: Assembly, blocks: Sequence[int | str], points: Any, force: float) -> Floats:
     """Make the load of an unbonded tendon with a constant force along a polyline, without friction at its bends.
 

@@ -32,7 +32,7 @@ from blockstat.analysis.verdict import Outcome, Verdict, relative_motion
 from blockstat.assembly import Assembly
 from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import ANGLE, GAP, Interfaces
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import next_in_face
 from blockstat.loads import acceleration
@@ -73,6 +73,7 @@ class PointGradient:
         return float((self.gradient * motion).sum())
 
 
+@known_options
 def shared_points(assembly: Assembly, *, tolerance: float = SHARED) -> tuple[Floats, Ints]:
     """Return the places where corners lie.
 

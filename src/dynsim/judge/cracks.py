@@ -11,6 +11,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.errors import known_options
 from blockstat.result import Result, Sentence
 from blockstat.typing import Floats, Ints
 
@@ -98,6 +99,7 @@ class Cracks(Result):
         }
 
 
+@known_options
 def find_cracks(
     assembly: Assembly,
     before: tuple[Floats, Floats],

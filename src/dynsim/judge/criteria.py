@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.errors import known_options
 from blockstat.studies.directions import horizontal
 from blockstat.typing import Floats, Ints
 
@@ -74,6 +75,7 @@ def courses(assembly: Assembly) -> float:
     return float(((highest - lowest) / mean).max())
 
 
+@known_options
 def drops(assembly: Assembly, displacement: Floats) -> Floats:
     """Return how far each block went down (Eq. 2).
 
@@ -101,6 +103,7 @@ def drops(assembly: Assembly, displacement: Floats) -> Floats:
     return displacement @ (assembly.gravity / np.linalg.norm(assembly.gravity))
 
 
+@known_options
 def group_box_centre(assembly: Assembly, blocks: Ints, displacement: Floats, rotation: Floats) -> Floats:
     """Return the centre of the bounding box of some blocks as they lie now (Eq. 1).
 

@@ -99,7 +99,7 @@ class Tilt:
 
         axis = np.asarray(self.axis, dtype=float) / np.linalg.norm(self.axis)
         gravity = world.assembly.gravity
-        turned = Rotation.from_rotvec(np.deg2rad(self.angle(time)) * axis).apply(gravity)
+        turned = Rotation.from_rotvec(np.deg2rad(self.angle(time)) * axis).apply(np.array(gravity))
         world.drive(self, turned - gravity)
 
 
