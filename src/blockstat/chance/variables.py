@@ -13,14 +13,12 @@ from scipy.special import ndtr
 from blockstat.errors import HUGE, InputError, check_choice, known_options
 from blockstat.joint import fits
 from blockstat.loads import Loads
+from blockstat.spec.material import KEYS, KNOWN_KEYS, is_random_key
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 KINDS = ("normal", "lognormal", "uniform")
-#: What may be random; density and loads go with a group, as in "density.wall".
-KEYS = ("friction", "edge", "corner", "push")
-GROUP_KEYS = ("density", "loads")
 #: What has a value of its own.
 EACH = ("all", "group", "course", "block", "joint")
 #: Keys whose values belong to joints, and those of which there is one value.
@@ -187,7 +185,7 @@ def checked(assembly: Assembly, uncertain: Mapping[str, Random], loads: Loads | 
         joint laws have their own, and where there is nothing to have a value of its own.
     """
     if not uncertain:
-        raise InputError(f"nothing is uncertain; keys are: {', '.join(KEYS)}, density.GROUP and loads.GROUP")
+        raise InputError(f"nothing is uncertain; keys are: {KNOWN_KEYS}")
     for key, variable in uncertain.items():
         kind, _, group = key.partition(".")
         if key in SINGLE and variable.each != "all":
@@ -200,8 +198,8 @@ def checked(assembly: Assembly, uncertain: Mapping[str, Random], loads: Loads | 
             if key == "friction" and any(law.friction is not None for law in assembly.joints):
                 raise InputError('uncertain "friction": joint laws have their own friction')
             continue
-        if kind not in GROUP_KEYS or not group:
-            raise InputError(f'uncertain "{key}"; keys are: {", ".join(KEYS)}, density.GROUP and loads.GROUP')
+        if not is_random_key(key):
+            raise InputError(f'uncertain "{key}"; keys are: {KNOWN_KEYS}')
         if kind == "loads" and loads is None:
             raise InputError(f'uncertain "{key}": there are no permanent loads')
         if not blocks_of(assembly, group).any():

@@ -14,7 +14,7 @@ from blockstat.errors import InputError, gathered, known_options
 from blockstat.model.expression import is_expression
 from blockstat.spec.chapel import Building
 from blockstat.spec.composition import Composition, composition_from, load_tables, ties_of
-from blockstat.spec.material import uncertain_of
+from blockstat.spec.material import stages_from, uncertain_of
 from blockstat.spec.ranges import SEARCHED, Range, is_presence, is_range
 from blockstat.spec.reading import at_path, check_finite, entries, joined, number_at, read_as
 
@@ -189,12 +189,14 @@ def _read(data: dict[str, Any]) -> Scene:
     tables = {
         key: data[key] if isinstance(data.get(key), dict) else {} for key in ("loads", "cases", "ties", "uncertain")
     }
+    stages = data.get("stages")
     building, *_ = gathered(
         (
             partial(read_as, Building, data),
             partial(load_tables, tables["loads"], tables["cases"]),
             partial(ties_of, tables["ties"]),
             partial(uncertain_of, tables["uncertain"]),
+            partial(stages_from, stages if isinstance(stages, list) else ()),
         )
     )
     return building
