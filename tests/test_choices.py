@@ -310,3 +310,23 @@ def test_a_misspelt_word_in_a_list_of_tables_is_told_with_the_words_there_are(pa
         part = element(kind="walls", brick=[0.4, 0.2], runs=runs, buttresses=[row])
     with pytest.raises(InputError, match=r"elements.part.*" + sentence):
         part()
+
+
+PIER = {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 2}
+
+
+@pytest.mark.parametrize(
+    ("part", "key"),
+    [
+        (element(**PIER, present="serch"), "elements.part.present"),
+        (element(**PIER, present=2), "elements.part.present"),
+        (wall(present="serch"), "elements.part.runs.front.present"),
+        (opening(present="serch"), r"elements.part.runs.front.openings\[0\].present"),
+        (hut(vault={"present": "serch"}), "vault.present"),
+        (hut(doors={"south": {"width": 1, "height": 1, "present": "serch"}}), "doors.south.present"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_may_be_there_is_there_or_not_or_searched(part, key):
+    with pytest.raises(InputError, match=f'^{key}: it must be true, false or "search"$'):
+        part()
