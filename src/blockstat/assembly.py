@@ -307,6 +307,23 @@ class Assembly(Polyhedra):
         return changed
 
 
+def check_supports(assembly: Assembly) -> None:
+    """Raise InputError for an assembly without supports.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+
+    Raises
+    ------
+    InputError
+        Saying where they are named.
+    """
+    if not assembly.support.any():
+        raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
+
+
 def _listed(what: str, given: Any, kind: type) -> tuple[Any, ...]:
     """What is given as a sequence of one kind."""
     found = tuple(given) if isinstance(given, Iterable) else (None,)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.special import ndtr
 
+from blockstat.assembly import check_supports
 from blockstat.errors import HUGE, InputError, check_choice, known_options
 from blockstat.joint import fits
 from blockstat.loads import Loads
@@ -181,9 +182,11 @@ def checked(assembly: Assembly, uncertain: Mapping[str, Random], loads: Loads | 
     Raises
     ------
     InputError
-        For a key or a group that there is not, for none at all, for load factors without loads, for friction where
-        joint laws have their own, and where there is nothing to have a value of its own.
+        For an assembly without supports, for a key or a group that there is not, for none at all, for load factors
+        without loads, for friction where joint laws have their own, and where there is nothing to have a value of its
+        own.
     """
+    check_supports(assembly)
     if not uncertain:
         raise InputError(f"nothing is uncertain; keys are: {KNOWN_KEYS}")
     for key, variable in uncertain.items():

@@ -177,6 +177,7 @@ def load(
     supports: str | None = None,
     units: str | None = None,
     up: str | None = None,
+    stands: bool = True,
 ) -> Assembly:
     """Read a file and apply the options.
 
@@ -196,6 +197,8 @@ def load(
         Of the coordinates in the file; they are converted to metres.
     up : str, optional
         Value of `--up`, the axis of the file that points up.
+    stands : bool, optional
+        Whether something is asked that needs supports.
 
     Returns
     -------
@@ -212,10 +215,12 @@ def load(
     InputWarning
         Where units, friction or the axis that is up look wrong, with what to type.
     """
-    from blockstat.spec import read
+    from blockstat.assembly import check_supports
+    from blockstat.spec.files import blaming, read
 
-    chosen = None if supports is None else supports.split(",")
-    assembly = read(path, supports=chosen, units=units, up=up)
+    assembly = read(path, supports=None if supports is None else supports.split(","), units=units, up=up)
+    if stands:
+        blaming(path, lambda: check_supports(assembly))
     doubt(modified(assembly, friction=friction, gravity=None, tilt=None), path)
     return modified(assembly, friction=friction, gravity=gravity, tilt=tilt)
 

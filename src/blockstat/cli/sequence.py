@@ -112,6 +112,7 @@ def sequence(
     as_json: AsJson = False,
 ) -> None:
     """Judge the steps in which an assembly is built, or search an order with few held blocks."""
+    from blockstat.io.files import blaming
     from blockstat.sequence.courses import CoursesResult, build_by_courses
     from blockstat.sequence.order import OrderResult, SafestOrder, find_order
     from blockstat.sequence.plan import PlanVerdict, assess_plan, read_plan
@@ -126,7 +127,7 @@ def sequence(
         return _remove_each(assembly, head, output, as_json, options)
     result: Result
     if stages:
-        result = assess_stages(assembly, **options)
+        result = blaming(file, lambda: assess_stages(assembly, **options))
     elif plan is not None:
         _refuse_flow_beside(flow, reserve=reserve, tilt=tilt)
         result = judged = assess_plan(assembly, read_plan(plan, assembly), reserve=reserve, tilt=tilt, **options)
