@@ -953,3 +953,15 @@ def test_metadata_that_is_no_json_is_refused(tmp_path):
     odd = assembly([box((0, 0, 0), (1, 1, 1))]).with_(metadata={"note": np.inf})
     with pytest.raises(InputError, match="the metadata cannot be written as JSON"):
         write(odd, tmp_path / "odd.json")
+
+
+@pytest.mark.parametrize(
+    ("names", "group", "size"),
+    [(["g", "b" * 260], "", 264), (["g", "ü" * 130], "", 264), (["b"], "p." + "q" * 300, 300)],
+)
+def test_a_block_whose_file_could_have_no_name_is_named_and_nothing_is_written(tmp_path, names, group, size):
+    blocks = [box((0, 0, k), (1, 1, k + 1), name=name, group=group) for k, name in enumerate(names)]
+    place = tmp_path / "blocks"
+    with pytest.raises(InputError, match=rf'blocks: block "{names[-1][:20]}.* would need a name of {size} bytes'):
+        write(Assembly.from_blocks(blocks), place)
+    assert not place.exists()
