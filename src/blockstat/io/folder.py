@@ -120,9 +120,10 @@ def _check_length(path: Path, file: Path, name: str) -> None:
     """Raise InputError for a block whose file or directories have names that no file system takes."""
     longest = max(len(os.fsencode(part)) for part in file.relative_to(path).parts)
     if longest > LONGEST:
+        shown = name if len(name) < 40 else f"{name[:30]}..."
         raise InputError(
-            f'{path}: block "{name if len(name) < 40 else name[:30] + "..."}" would need a name of {longest} bytes for its file or directory, and file '
-            f"systems take {LONGEST}; .obj, .glb and .json take any name"
+            f'{path}: block "{shown}" would need a name of {longest} bytes for its file or directory, and file systems '
+            f"take {LONGEST}; .obj, .glb and .json take any name"
         )
 
 
