@@ -452,7 +452,9 @@ def _face_lists(block: Block, label: str, n_vertices: int) -> list[list[int]]:
     for number, given in enumerate(block.faces):
         face = _face(label, number, given)
         if len(face) < 3 or len(set(face)) < len(face):
-            raise InputError(f'block "{label}": face {number} is {face}; it needs three or more different corners')
+            hole = "; cut a face with a hole into faces without, as into triangles" if len(set(face)) > 5 else ""
+            text = f"face {number} is {face}; it needs three or more different corners{hole}"
+            raise InputError(f'block "{label}": {text}')
         if min(face) < 0 or max(face) >= n_vertices:
             raise InputError(
                 f'block "{label}": face {number} is {face}; corners must lie between 0 and {n_vertices - 1}'

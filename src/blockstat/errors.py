@@ -256,6 +256,26 @@ def some(names: Sequence[Any], limit: int = 8) -> str:
     return ", ".join(map(str, names[:limit])) + (f", ... ({len(names)} in all)" if len(names) > limit else "")
 
 
+def with_article(word: str) -> str:
+    """Return a word with its indefinite article.
+
+    Parameters
+    ----------
+    word : str
+        Such as "elliptic".
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> with_article("elliptic"), with_article("flat")
+    ('an elliptic', 'a flat')
+    """
+    return f"{'an' if word[:1] in set('aeiou') else 'a'} {word}"
+
+
 def check_choice(option: str, given: Any, choices: Iterable[str]) -> None:
     """Raise InputError unless the value of an option is one of its choices.
 

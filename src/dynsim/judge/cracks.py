@@ -77,7 +77,7 @@ class Cracks(Result):
             One line of plain text.
         """
         rows = list(self.per_group().items())
-        text = ", ".join(f"{name or 'no group'} {count}" for name, count in rows[:limit])
+        text = ", ".join(f"{f'{name} {count}' if name else f'{count} without a group'}" for name, count in rows[:limit])
         more = f" and {len(rows) - limit} more groups" if len(rows) > limit else ""
         count = f"Cracks: {self.n_cracks} of {len(self.pair)} joints"
         return f"{count} ({text}{more})." if rows else f"{count}."
