@@ -153,8 +153,8 @@ def _spanning(
     if chain is None or stones is None:
         deep = "" if opening.depth is None else f" of {opening.depth:g} m depth"
         raise InputError(
-            f"{label}: sill and height reach {levels[0]:.3g} m; {with_article(opening.head)} head{deep} over it reaches above the "
-            f"wall of {levels[-1]:.3g} m"
+            f"{label}: sill and height reach {levels[0]:.3g} m; {with_article(opening.head)} head{deep} over it "
+            f"reaches above the wall of {levels[-1]:.3g} m"
         )
     if opening.head == "lintel" and opening.depth is not None:
         asked, built = (levels[0], levels[0] + opening.depth), (levels[0], levels[0] + chain[-1, 1])
