@@ -56,6 +56,7 @@ class InputError(ValueError):
 
         Examples
         --------
+        >>> from blockstat import InputError
         >>> print(InputError("height is 0", "width is 0").under("door"))
         door: height is 0
         door: width is 0

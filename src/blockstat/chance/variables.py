@@ -32,6 +32,7 @@ class Random:
 
     Examples
     --------
+    >>> from blockstat import Random
     >>> print(Random("uniform", 0.5, 0.7).value(0.0))
     0.6
     """

@@ -137,6 +137,7 @@ def limit_load_by_point(limit: LimitLoad, direction: Sequence[float], *, toleran
     --------
     A pillar 2 m high tips at width / height times its weight: higher by 1 m at 0.125 less, to first order.
 
+    >>> import numpy as np
     >>> from blockstat import Assembly, box, limit_load, limit_load_by_point
     >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
     >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
@@ -221,6 +222,7 @@ def score_by_point(verdict: Verdict, *, tolerance: float = SHARED) -> PointGradi
     --------
     A pillar that tips needs less adhesion once it is wider.
 
+    >>> import numpy as np
     >>> from blockstat import Assembly, assess, box, score_by_point
     >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
     >>> pillar = Assembly.from_blocks(blocks, supports=["ground"], gravity=(3.0, 0.0, -9.81))

@@ -39,6 +39,7 @@ def parameters(scene: Scene) -> dict[str, Range]:
 
     Examples
     --------
+    >>> from blockstat import parameters, scene_from
     >>> hut = {"name": "hut", "length": 3.0, "span": 2.0}
     >>> hut["wall"] = {"thickness": {"value": 0.6, "min": 0.2, "max": 0.8, "step": 0.2}}
     >>> list(parameters(scene_from(hut)))
@@ -86,6 +87,7 @@ def with_values(scene: Scene, values: Mapping[str, float], *, beyond: bool = Fal
 
     Examples
     --------
+    >>> from blockstat import scene_from, with_values
     >>> hut = {"name": "hut", "length": 3.0, "span": 2.0}
     >>> hut["wall"] = {"thickness": {"value": 0.6, "min": 0.2, "max": 0.8, "step": 0.2}}
     >>> with_values(scene_from(hut), {"wall.thickness": 0.4}).wall.thickness.value
@@ -124,6 +126,7 @@ def scene_from(data: Any) -> Scene:
 
     Examples
     --------
+    >>> from blockstat import scene_from
     >>> post = {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 2}
     >>> type(scene_from({"name": "gate", "elements": {"post": post}})).__name__
     'Composition'

@@ -132,6 +132,7 @@ def find_cracks(
 
     Examples
     --------
+    >>> import numpy as np
     >>> from blockstat import Assembly, box
     >>> from dynsim import find_cracks
     >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]

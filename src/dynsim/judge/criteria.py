@@ -93,6 +93,7 @@ def drops(assembly: Assembly, displacement: Floats) -> Floats:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from blockstat import Assembly, box
     >>> from dynsim import drops
     >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
@@ -125,6 +126,7 @@ def group_box_centre(assembly: Assembly, blocks: Ints, displacement: Floats, rot
 
     Examples
     --------
+    >>> import numpy as np
     >>> from blockstat import Assembly, box
     >>> from dynsim import group_box_centre
     >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]

@@ -355,6 +355,7 @@ class Constant:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from dynsim import Constant
     >>> Constant((1.0, 0, 0)).each_step, Constant(np.zeros((2, 6))).each_step
     (False, True)

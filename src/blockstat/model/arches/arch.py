@@ -64,6 +64,7 @@ def arch(
 
     Examples
     --------
+    >>> from blockstat.model import arch
     >>> [block.name for block in arch(span=2.0, thickness=0.3, depth=0.5, voussoirs=3)]
     ['arch.0', 'arch.1', 'arch.2']
     """
