@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
@@ -134,7 +134,7 @@ def listed(designs: Assembly | Iterable[Assembly]) -> list[Assembly]:
         For anything else.
     """
     several = isinstance(designs, Iterable) and not isinstance(designs, str)
-    found = list(designs) if several else [designs]
+    found: list[Any] = list(cast(Iterable[Any], designs)) if several else [designs]
     for number, design in enumerate(found):
         check_assembly(f"assembly {number}" if several else "assembly", design)
     return found
