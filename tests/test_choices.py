@@ -284,3 +284,49 @@ def test_a_wrong_option_is_refused_with_all_that_are_allowed(module, name, optio
     if (name, option) == ("write", "format"):
         words = ("native", *words)
     refused(lambda: function(**values, **{option: BAD}), "", words)
+
+
+BUTTRESS = {"wall": "front", "width": 0.4, "projection": 0.5, "height": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("part", "sentence"),
+    [
+        (opening(widht=1.0), r"openings\[0\].widht: unknown key; keys here are: present, width, height, "),
+        (wall(buttresses=[]), "runs.front.buttresses: unknown key; keys here are: name, present, path"),
+        ("buttresses[0].projecton", r"buttresses\[0\].projecton: unknown key; keys here are: present, wall, width, "),
+        ("buttresses[0].side", r"buttresses\[0\].side: .*'xyzzy'; it must be one of: left, right"),
+        (
+            element(kind="arc_wall", radius=3, thickness=0.4, height=2, openings=[{"widht": 1}]),
+            r"openings\[0\].widht: unknown key; keys here are: ",
+        ),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_a_misspelt_word_in_a_list_of_tables_is_told_with_the_words_there_are(part, sentence):
+    if isinstance(part, str):
+        runs = {"front": {"path": [[0, 0], [4, 0]], "thickness": 0.4, "height": 2.0}}
+        row = BUTTRESS | {part.partition(".")[2]: BAD}
+        part = element(kind="walls", brick=[0.4, 0.2], runs=runs, buttresses=[row])
+    with pytest.raises(InputError, match=r"elements.part.*" + sentence):
+        part()
+
+
+PIER = {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 2}
+
+
+@pytest.mark.parametrize(
+    ("part", "key"),
+    [
+        (element(**PIER, present="serch"), "elements.part.present"),
+        (element(**PIER, present=2), "elements.part.present"),
+        (wall(present="serch"), "elements.part.runs.front.present"),
+        (opening(present="serch"), r"elements.part.runs.front.openings\[0\].present"),
+        (hut(vault={"present": "serch"}), "vault.present"),
+        (hut(doors={"south": {"width": 1, "height": 1, "present": "serch"}}), "doors.south.present"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_may_be_there_is_there_or_not_or_searched(part, key):
+    with pytest.raises(InputError, match=f'^{key}: it must be true, false or "search"$'):
+        part()

@@ -25,7 +25,7 @@ def turned_wall(name: str):
     """The wall turned in plan and the load along it: prismatic along no axis, so its cones are solved as cones."""
     turn = Rotation.from_euler("z", 30, degrees=True)
     asm = wall(name)
-    return asm.with_(vertices=turn.apply(asm.vertices)), turn.apply(SIDE)
+    return asm.with_(vertices=turn.apply(asm.vertices.copy())), turn.apply(SIDE)
 
 
 def bed_joints(asm) -> Interfaces:

@@ -29,7 +29,7 @@ def coulomb(case: str, axis: str, mu: float, degrees: float) -> Value:
 
     def outcome(angle):
         turn = Rotation.from_euler(axis, angle, degrees=True)
-        found = assess(asm, gravity=turn.apply(asm.gravity), flow="coulomb").outcome
+        found = assess(asm, gravity=turn.apply(asm.gravity.copy()), flow="coulomb").outcome
         return found if found.word != "stable_only_by_self_stress" else found.UNSTABLE
 
     return between(math.floor(degrees - 0.3), math.ceil(degrees + 0.3), outcome, 2e-3)

@@ -21,9 +21,10 @@ from blockstat.errors import (
     check_friction,
     check_gravity,
     gathered,
+    known_options,
     no_such,
 )
-from blockstat.geometry.polyhedron import Polyhedra
+from blockstat.geometry.polyhedron import Polyhedra, read_only
 from blockstat.geometry.validity import check_geometry
 from blockstat.joint import JointLaw, Tie, check_laws
 from blockstat.system.reading import check_words
@@ -71,6 +72,8 @@ OF_SHAPES = {name for name, value in vars(Polyhedra).items() if isinstance(value
 @dataclass(frozen=True, eq=False)
 class Assembly(Polyhedra):
     """Rigid blocks, those that are supports, and the data that all joints share.
+
+    Its arrays are read-only (`Rotation.apply` of SciPy needs a copy of them); `with_` returns an assembly with others.
 
     Examples
     --------
@@ -196,12 +199,12 @@ class Assembly(Polyhedra):
     @cached_property
     def mass(self) -> Floats:
         """Mass of each block, shape (n_blocks,) [kg]."""
-        return self.density * self.volume
+        return read_only(self.density * self.volume)
 
     @cached_property
     def inertia(self) -> Floats:
         """Inertia tensor of each block about its centroid, shape (n_blocks, 3, 3) [kg m2]."""
-        return self.density[:, None, None] * self.integrals.inertia
+        return read_only(self.density[:, None, None] * self.integrals.inertia)
 
     @property
     def free(self) -> Ints:
@@ -304,6 +307,23 @@ class Assembly(Polyhedra):
         return changed
 
 
+def check_supports(assembly: Assembly) -> None:
+    """Raise InputError for an assembly without supports.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+
+    Raises
+    ------
+    InputError
+        Saying where they are named.
+    """
+    if not assembly.support.any():
+        raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
+
+
 def _listed(what: str, given: Any, kind: type) -> tuple[Any, ...]:
     """What is given as a sequence of one kind."""
     found = tuple(given) if isinstance(given, Iterable) else (None,)
@@ -321,6 +341,7 @@ def _check_ties(assembly: Assembly) -> None:
             raise InputError(f"{tie.label}: between is {same}; it must be two blocks")
 
 
+@known_options
 def glued(assembly: Assembly, strength: float, *, moment: float | None = None) -> Assembly:
     """Return an assembly with glue in every joint: a bond of so much force, whatever the joint's area.
 
@@ -431,7 +452,9 @@ def _face_lists(block: Block, label: str, n_vertices: int) -> list[list[int]]:
     for number, given in enumerate(block.faces):
         face = _face(label, number, given)
         if len(face) < 3 or len(set(face)) < len(face):
-            raise InputError(f'block "{label}": face {number} is {face}; it needs three or more different corners')
+            hole = "; cut a face with a hole into faces without, as into triangles" if len(set(face)) > 5 else ""
+            text = f"face {number} is {face}; it needs three or more different corners{hole}"
+            raise InputError(f'block "{label}": {text}')
         if min(face) < 0 or max(face) >= n_vertices:
             raise InputError(
                 f'block "{label}": face {number} is {face}; corners must lie between 0 and {n_vertices - 1}'

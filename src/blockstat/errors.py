@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
+from os import PathLike
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -55,6 +56,7 @@ class InputError(ValueError):
 
         Examples
         --------
+        >>> from blockstat import InputError
         >>> print(InputError("height is 0", "width is 0").under("door"))
         door: height is 0
         door: width is 0
@@ -122,12 +124,12 @@ def gathered(readings: Iterable[Callable[[], Any]]) -> list[Any]:
 
 
 def known_options(function: Callable[P, R]) -> Callable[P, R]:
-    """Make a function refuse unknown keyword arguments with an InputError that names the known ones.
+    """Make a function refuse unknown keyword arguments, and what is no Assembly where it needs one, with an InputError.
 
     Parameters
     ----------
     function : callable
-        A function with keyword-only options. Used as a decorator.
+        A function, perhaps with keyword-only options and a parameter whose annotation is Assembly. Used as a decorator.
 
     Returns
     -------
@@ -137,7 +139,7 @@ def known_options(function: Callable[P, R]) -> Callable[P, R]:
     Raises
     ------
     InputError
-        When the function that is returned is called with an unknown option.
+        When the function that is returned is called with an unknown option, or with something else for the assembly.
 
     Examples
     --------
@@ -151,18 +153,57 @@ def known_options(function: Callable[P, R]) -> Callable[P, R]:
     """
     signature = inspect.signature(function)
     known = set(signature.parameters)
+    open_ended = any(found.kind is found.VAR_KEYWORD for found in signature.parameters.values())
     options = [name for name, found in signature.parameters.items() if found.kind is found.KEYWORD_ONLY]
+    blocks = [
+        (place, name)
+        for place, (name, found) in enumerate(signature.parameters.items())
+        if found.annotation == "Assembly"
+    ]
 
     @wraps(function)
     def checked(*args: P.args, **kwargs: P.kwargs) -> R:
-        if not known.issuperset(kwargs):
+        if not open_ended and not known.issuperset(kwargs):
             unknown = next(name for name in kwargs if name not in known)
             raise InputError(
                 f'{function.__name__}: unknown option "{unknown}"; options are: {", ".join(options) or "none"}'
             )
+        for place, name in blocks:
+            if place < len(args) or name in kwargs:
+                check_assembly(name, args[place] if place < len(args) else kwargs[name])
         return function(*args, **kwargs)
 
     return checked
+
+
+def check_assembly(what: str, value: Any) -> None:
+    """Raise InputError for anything but an Assembly.
+
+    Parameters
+    ----------
+    what : str
+        What it is; the message begins with it.
+    value : object
+        What was given.
+
+    Raises
+    ------
+    InputError
+        Saying what makes an Assembly of a scene or of a file.
+
+    Examples
+    --------
+    >>> check_assembly("assembly", "wall.toml")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: assembly is a str, 'wall.toml'; it must be an Assembly: blockstat.read ...
+    """
+    kinds = type(value).__mro__  # by name, because the module of Assembly imports this one
+    if any((kind.__module__, kind.__name__) == ("blockstat.assembly", "Assembly") for kind in kinds):
+        return
+    shown = f", {str(value)!r}" if isinstance(value, (str, PathLike)) else ""
+    made = "blockstat.read makes one of a file, blockstat.build of a scene"
+    raise InputError(f"{what} is a {type(value).__name__}{shown}; it must be an Assembly: {made}")
 
 
 def no_such(what: str, given: Any, existing: Iterable[str], *, plural: str = "", limit: int = 20) -> InputError:
@@ -214,6 +255,26 @@ def some(names: Sequence[Any], limit: int = 8) -> str:
     '0, 1, 2, 3, ... (30 in all)'
     """
     return ", ".join(map(str, names[:limit])) + (f", ... ({len(names)} in all)" if len(names) > limit else "")
+
+
+def with_article(word: str) -> str:
+    """Return a word with its indefinite article.
+
+    Parameters
+    ----------
+    word : str
+        Such as "elliptic".
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> with_article("elliptic"), with_article("flat")
+    ('an elliptic', 'a flat')
+    """
+    return f"{'an' if word[:1] in set('aeiou') else 'a'} {word}"
 
 
 def check_choice(option: str, given: Any, choices: Iterable[str]) -> None:

@@ -25,7 +25,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from blockstat.errors import HUGE, ROUGHEST, TOO_ROUGH, InputError, no_such
+from blockstat.errors import ROUGHEST, TOO_ROUGH, InputError, no_such
 
 #: Cells along each side of a joint that may crush, unless the law says how many.
 CELLS = 8
@@ -175,12 +175,14 @@ class Tie:
     between: tuple[int | str, int | str]  #: two blocks, by name or number; a support for an anchor in the ground
     points: tuple[Sequence[float], Sequence[float]]  #: where it holds each of them, shape (2, 3) [m]
     least: float = 0.0  #: T0 [N], at least 0
-    greatest: float = np.inf  #: Ty [N], what it or its anchorage bears
+    greatest: float = np.inf  #: Ty [N], what it or its anchorage bears: at most 1e10, or inf for no limit
     strut: bool = False  #: whether it pushes the blocks apart instead of pulling them together
     name: str = ""
 
     def __post_init__(self) -> None:
         label = self.label
+        if not isinstance(self.strut, (bool, np.bool_)):
+            raise InputError(f"{label}: strut is {self.strut!r}; it must be true or false")
         if not isinstance(self.between, (tuple, list)) or len(self.between) != 2 or self.between[0] == self.between[1]:
             raise InputError(f"{label}: between is {self.between!r}; it must be two blocks")
         try:
@@ -193,8 +195,8 @@ class Tie:
             value = getattr(self, field)
             if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not value >= 0:
                 raise InputError(f"{label}: {field} is {value!r}; it must be a number of at least 0")
-            if HUGE <= value < np.inf:
-                raise InputError(f"{label}: {field} is {value!r}; it must be below {HUGE:g} N, or inf")
+            if STRONGEST < value < np.inf:
+                raise InputError(f"{label}: {field} is {value!r} N; it must be at most {STRONGEST:g} N, or inf")
         if not self.least <= self.greatest or np.isinf(self.least):
             raise InputError(f"{label}: least is {self.least!r}; it must be at most greatest, {self.greatest!r}")
 

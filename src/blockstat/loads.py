@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.errors import HUGE, InputError
+from blockstat.errors import HUGE, InputError, known_options
 from blockstat.geometry.convex_pieces import contains
 from blockstat.geometry.triangulation import triangulate
 from blockstat.typing import Floats
@@ -77,6 +77,7 @@ def weighted(loads: Loads) -> WeightedLoads:
     return loads if isinstance(loads, WeightedLoads) else WeightedLoads(np.array(loads, dtype=float))
 
 
+@known_options
 def acceleration(
     assembly: Assembly,
     direction: Sequence[float],
@@ -143,6 +144,7 @@ def _by_height(assembly: Assembly, load: Floats, profile: Sequence[Sequence[floa
     return np.hstack([middle[:, None] * load[:, :3], moment])
 
 
+@known_options
 def point_load(assembly: Assembly, block: int | str, point: Sequence[float], force: Sequence[float]) -> Floats:
     """Make the load of a force at a point of a block.
 

@@ -1,3 +1,5 @@
+import copy
+import pickle
 from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
@@ -299,3 +301,24 @@ def test_a_vertex_of_no_face_is_no_part_of_a_block():
     assert asm.volume == pytest.approx([1.0, 1.0])
     np.testing.assert_allclose(asm.bounds[0], [(500000, 5500000, 100), (500001, 5500000, 100)])
     assert find_interfaces(asm).area == pytest.approx([1.0])
+
+
+ARRAYS = "vertices vertex_start face_vertices face_start face_block density support gravity mass inertia volume size"
+
+
+@pytest.mark.parametrize("of", [lambda a: a, copy.copy, copy.deepcopy, lambda a: pickle.loads(pickle.dumps(a))])
+@pytest.mark.parametrize("name", ARRAYS.split())
+def test_the_arrays_of_an_assembly_cannot_be_written_to(name, of):
+    made = single(box((0, 0, 0), (1, 1, 1)))
+    assert made.mass.sum() > 0 < made.size.sum() * made.inertia.sum()
+    with pytest.raises(ValueError, match="read-only"):
+        getattr(of(made), name)[...] = 0
+
+
+def test_an_array_that_an_assembly_is_given_stays_its_owners():
+    made = single(box((0, 0, 0), (1, 1, 1)))
+    own = 2 * made.vertices
+    larger = made.with_(vertices=own)
+    own *= 2
+    assert larger.volume == pytest.approx(8.0)
+    assert larger.with_(density=1.0).vertices is larger.vertices

@@ -16,7 +16,7 @@ TILTED = Rotation.from_rotvec(np.deg2rad(30) * np.array([0.3, 0.2, 1.0]) / np.li
 
 
 def turned(asm, rotation=TILTED):
-    return asm.with_(vertices=rotation.apply(asm.vertices), gravity=rotation.apply(asm.gravity))
+    return asm.with_(vertices=rotation.apply(asm.vertices.copy()), gravity=rotation.apply(asm.gravity.copy()))
 
 
 def squeezed(n, friction):

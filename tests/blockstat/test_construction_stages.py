@@ -1,6 +1,7 @@
 """Construction stages of a scene file."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,9 @@ from blockstat import (
     centring,
     falsework,
     load_scene,
+    read,
     scene_text,
+    with_values,
 )
 from blockstat.cli.commands import app
 from blockstat.sequence import props
@@ -91,7 +94,11 @@ def test_stages_are_kept_when_a_scene_is_written(gate):
     ("old", "new", "sentence"),
     [
         ('place = ["ring"]', 'place = ["rnig"]', r'stages.0 \("ring"\): no group "rnig"'),
-        ('place = ["ring"]', 'put = ["ring"]', "stages.0: .*put"),
+        (
+            'place = ["ring"]',
+            'put = ["ring"]',
+            "stages.0.put: unknown key; keys here are: name, place, c",
+        ),
         ('place = ["ring"]\n', "", r'stages.0 \("ring"\): block ".*" is on a centring, but not put in yet'),
         ('name = "decentring"', 'name = "again"\nplace = ["ring"]', 'stands since stage "ring"'),
     ],
@@ -100,6 +107,39 @@ def test_a_bad_stage_gets_one_sentence(gate, old, new, sentence):
     gate.write_text(SCENE.replace(old, new))
     with pytest.raises(InputError, match=sentence):
         stages_of(build(load_scene(gate)))
+
+
+RANDOM = '\n[uncertain.{}]\nkind = "normal"\nmean = 0.6\ndeviation = 0.1\n'
+
+
+@pytest.mark.parametrize("scene", [SCENE, 'name = "hut"\nlength = 3.0\nspan = 2.0\n'], ids=["composition", "building"])
+@pytest.mark.parametrize(
+    ("more", "sentence"),
+    [
+        (
+            '\n[[stages]]\nname = "more"\nplase = ["ring"]\n',
+            r"stages.\d.plase: unknown key; keys here are: name, ",
+        ),
+        ('\n[[stages]]\nname = "more"\nplace = ["rnig"]\n', r'stages.\d \("more"\): no group "rnig"; groups are: '),
+        (RANDOM.format("frction"), r"line \d+: uncertain.frction: unknown key; keys here are: friction, edge"),
+        (RANDOM.format("density"), "uncertain.density: unknown key; keys here are: friction, edge"),
+        (RANDOM.format("density.rnig"), 'uncertain.density.rnig: no group "rnig"; groups are: '),
+    ],
+)
+def test_a_slip_in_stages_and_random_variables_is_refused_when_the_scene_is_read(gate, scene, more, sentence):
+    gate.write_text(scene + more)
+    with pytest.raises(InputError, match=rf"^{re.escape(str(gate))}[:,].*{sentence}"):
+        read(gate)
+
+
+@pytest.mark.parametrize("present", ['"search"', "false"])
+def test_stages_may_name_what_is_not_present(gate, present):
+    keys = 'kind = "pier"\nsize = [1, 1]\nheight = 1\ncourses = 1\nat = [5, 0, 0]\n'
+    post = f"present = {present}\n\n[elements.post]\n{keys}"
+    gate.write_text(SCENE.replace("\n[[stages]]", post + "\n[[stages]]", 1))
+    scene = load_scene(gate)
+    absent = with_values(scene, {"elements.ring.present": 0}) if present != "false" else scene
+    assert build(absent).n_blocks == 2
 
 
 def test_a_scene_without_stages_says_where_they_go(gate):

@@ -919,3 +919,49 @@ def test_faces_that_list_their_own_corners_are_one_block_or_as_many_as_close(tmp
     assert read(obj(tmp_path, *lines), supports=[0]).volume.tolist() == pytest.approx([1.0, 1.0])
     with pytest.raises(InputError, match="open"):
         read(obj(tmp_path, *lines[:25]), supports=[0])
+
+
+@pytest.mark.parametrize(
+    ("suffix", "form"),
+    [(".json", "native"), (".json", "compas-assembly"), (".json", "compas-model"), (".obj", None), (".glb", None)],
+)
+def test_a_friction_without_limit_is_no_number_of_a_file(tmp_path, suffix, form):
+    """JSON has no infinity: strict readers refuse what Python writes for it."""
+    law = {"joints": [JointLaw(("*", "*"), friction=np.inf)]} if form == "native" else {}
+    rough = assembly([box((0, 0, 0), (1, 1, 1)), box((0, 0, 1), (1, 1, 2))]).with_(friction=np.inf, **law)
+    path = write(rough, tmp_path / f"rough{suffix}", format=form)
+    assert b"Infinity" not in path.read_bytes()
+    assert b'"friction": "inf"' in path.read_bytes().replace(b'"friction":"', b'"friction": "')
+    for _ in range(2):
+        again = read(path)
+        assert again.friction == np.inf
+        assert [joint.friction for joint in again.joints] == [np.inf] * len(rough.joints)
+        if suffix == ".glb":
+            break
+        path.write_text(path.read_text().replace('"friction": "inf"', '"friction": Infinity'))  # as 0.2 wrote it
+
+
+@pytest.mark.parametrize("given", ["high", "-inf", "nan"])
+def test_other_texts_are_no_friction(tmp_path, given):
+    path = write(assembly([box((0, 0, 0), (1, 1, 1))]), tmp_path / "one.json")
+    path.write_text(path.read_text().replace('"friction": 0.7', f'"friction": "{given}"'))
+    with pytest.raises(InputError, match=r"one.json: friction: Expected `float`, got `str`"):
+        read(path)
+
+
+def test_metadata_that_is_no_json_is_refused(tmp_path):
+    odd = assembly([box((0, 0, 0), (1, 1, 1))]).with_(metadata={"note": np.inf})
+    with pytest.raises(InputError, match="the metadata cannot be written as JSON"):
+        write(odd, tmp_path / "odd.json")
+
+
+@pytest.mark.parametrize(
+    ("names", "group", "size"),
+    [(["g", "b" * 260], "", 264), (["g", "ü" * 130], "", 264), (["b"], "p." + "q" * 300, 300)],
+)
+def test_a_block_whose_file_could_have_no_name_is_named_and_nothing_is_written(tmp_path, names, group, size):
+    blocks = [box((0, 0, k), (1, 1, k + 1), name=name, group=group) for k, name in enumerate(names)]
+    place = tmp_path / "blocks"
+    with pytest.raises(InputError, match=rf'blocks: block "{names[-1][:20]}.* would need a name of {size} bytes'):
+        write(Assembly.from_blocks(blocks), place)
+    assert not place.exists()

@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from blockstat import Assembly, InputError, JointLaw, Outcome, Tie, assess, box, friction_limit, limit_load
+from blockstat import (
+    Assembly,
+    InputError,
+    JointLaw,
+    Outcome,
+    Tie,
+    anchor_plate,
+    assess,
+    box,
+    friction_limit,
+    limit_load,
+)
 from blockstat.linear_algebra.factor import SuperLU, make_factor
 
 SCENE = Assembly.from_blocks(
@@ -71,10 +82,21 @@ def test_a_bond_that_nothing_bears_is_refused(name, unit):
 
 
 def test_a_tie_yields_below_all_that_has_digits_or_never():
-    assert Tie((0, 1), ENDS, greatest=9e29).greatest == 9e29
+    assert Tie((0, 1), ENDS, greatest=1e10).greatest == 1e10
     assert Tie((0, 1), ENDS).greatest == inf
-    with pytest.raises(InputError, match=r"greatest is 1e\+300; it must be below 1e\+30 N, or inf"):
-        Tie((0, 1), ENDS, greatest=1e300)
+    with pytest.raises(InputError, match=r"greatest is 1e\+20 N; it must be at most 1e\+10 N, or inf"):
+        Tie((0, 1), ENDS, greatest=1e20)
+
+
+@pytest.mark.parametrize("strut", ["no", 1, None])
+def test_a_strut_is_one_or_not(strut):
+    with pytest.raises(InputError, match=r"^tie: strut is .*; it must be true or false$"):
+        Tie((0, 1), ENDS, strut=strut)
+
+
+def test_an_anchor_plate_has_a_density():
+    with pytest.raises(InputError, match='block "plate": density is -5; it must be a positive number'):
+        anchor_plate((0, 0, 2), (-1, 0, 0), (0.4, 0.6), density=-5)
 
 
 def test_one_density_counts_for_all_blocks_and_a_bad_one_names_its_block():

@@ -515,7 +515,7 @@ def test_a_scene_says_what_is_uncertain(tmp_path):
         ('"normal", mean', '"gamma", mean', "uncertain.push.kind: Invalid enum value 'gamma'"),
         ("deviation = 0.05, ", "", "uncertain.push.deviation: it is needed; normal has mean and deviation"),
         ("least = 1900", "mean = 1", "uncertain.density.post.mean: it does not belong here; uniform has least and"),
-        ("uncertain.density", "uncertain.weight", 'uncertain "weight.post"; keys are: friction, edge, corner, push'),
+        ("uncertain.density", "uncertain.weight", "uncertain.weight.post: unknown key; keys here are: friction"),
         ("post = {", "roof = {", 'no group "roof"'),
         ('each = "joint"', 'each = "stone"', "uncertain.friction.each: Invalid enum value 'stone'"),
         (", direction = [1, 0, 0]", "", "push is a factor on a load; give it by --load AX,AY,AZ"),

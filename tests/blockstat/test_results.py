@@ -9,6 +9,7 @@ import sys
 import pytest
 
 import blockstat
+import dynsim
 from blockstat import (
     Assembly,
     InputError,
@@ -17,6 +18,7 @@ from blockstat import (
     SearchResult,
     Sentence,
     assess,
+    assess_fully,
     box,
     friction_limit,
     limit_load,
@@ -37,6 +39,8 @@ def tower():
     return Assembly.from_blocks(blocks, supports=["ground"], friction=1.0, density=1000.0)
 
 
+#: Parts of results, with an outcome of their own.
+NO_RESULTS = {"ButtressStep", "ScaledRun", "StepRun"}
 RESULTS = {
     "assess": (assess, ()),
     "limit_load": (limit_load, ((1, 0, 0),)),
@@ -46,6 +50,7 @@ RESULTS = {
     "tilt_limit": (tilt_limit, ("y",)),
     "friction_limit": (friction_limit, ()),
     "repair": (repair, ()),
+    "assess_fully": (assess_fully, ()),
 }
 
 
@@ -64,6 +69,20 @@ def test_every_result_explains_itself_in_the_same_way(tower, name):
     assert summary["sentence"] == result.outcome.value
     assert summary.get("outcome", summary.get("status")) == result.outcome.word
     json.dumps(summary, allow_nan=False)
+
+
+def test_a_notebook_shows_little_of_all_that_a_report_knows(tower):
+    found = assess_fully(tower, directions=4)
+    assert 500 < len(found._repr_html_()) < 5000
+    assert [line for line in found.explain().splitlines() if line == "Limit load over the horizon"]
+    assert found.summary()["answers"]["Limit load over the horizon"] == found.directions.summary()
+
+
+def test_whatever_has_an_outcome_is_a_result():
+    for package in (blockstat, dynsim):
+        for kind in (getattr(package, name) for name in package.__all__):
+            if isinstance(kind, type) and "outcome" in {*vars(kind), *getattr(kind, "__dataclass_fields__", ())}:
+                assert issubclass(kind, Result) or kind.__name__ in NO_RESULTS, kind
 
 
 @pytest.mark.parametrize("name", RESULTS)

@@ -309,7 +309,7 @@ def test_cracks_are_counted_by_group_most_first_and_then_by_name():
     assert find_cracks(asm, poses(asm), (moved, turned), threshold=1.0).n_cracks == 0
     plain = asm.with_(groups=("",) * 8)
     told = find_cracks(plain, poses(asm), (moved, turned)).explain()
-    assert told == "Cracks: 7 of 7 joints (no group 7)."
+    assert told == "Cracks: 7 of 7 joints (7 without a group)."
 
 
 @dataclass

@@ -39,7 +39,7 @@ AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "xy": (3**0.5, 1, 0)}
 
 def tilted(asm, axis, degrees):
     unit = np.array(AXES[axis]) / np.linalg.norm(AXES[axis])
-    return asm.with_(gravity=Rotation.from_rotvec(np.radians(degrees) * unit).apply(asm.gravity))
+    return asm.with_(gravity=Rotation.from_rotvec(np.radians(degrees) * unit).apply(asm.gravity.copy()))
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,9 @@ def test_units_order_and_bases_do_not_matter(cases, case, degrees):
     order = random.permutation(asm.n_blocks)
     assert assess(permuted(asm, order), flow="coulomb").outcome is expected
     turn = Rotation.random(random_state=3)
-    moved = asm.with_(vertices=turn.apply(asm.vertices) + [3.0, -40.0, 7.0], gravity=turn.apply(asm.gravity))
+    moved = asm.with_(
+        vertices=turn.apply(asm.vertices.copy()) + [3.0, -40.0, 7.0], gravity=turn.apply(asm.gravity.copy())
+    )
     assert assess(moved, flow="coulomb").outcome is expected
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.assembly import check_supports
 from blockstat.certificate.interior_motions import expansions
 from blockstat.contact.cells import refine
 from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
@@ -271,8 +272,7 @@ def pose(
     """
     changes = {k: v for k, v in (("friction", friction), ("gravity", gravity)) if v is not None}
     assembly = assembly.with_(**changes) if changes else assembly
-    if not assembly.support.any():
-        raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
+    check_supports(assembly)
     if not isinstance(interfaces, Interfaces | None):
         raise InputError(f"interfaces is {interfaces!r}; it must be what find_interfaces returns")
     if interfaces is None or not interfaces.moved:

@@ -297,6 +297,7 @@ def load_domain(
     --------
     A pillar of 0.5 x 0.5 x 2 m tips at a quarter of its weight, to either side.
 
+    >>> import numpy as np
     >>> from blockstat import Assembly, box, load_domain
     >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
     >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])

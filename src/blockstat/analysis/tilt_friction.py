@@ -445,4 +445,4 @@ def _friction_of_laws(assembly: Assembly, interfaces: Interfaces) -> list[str]:
 def _rotate(vector: Floats, axis: Floats, angle: float) -> Floats:
     from scipy.spatial.transform import Rotation
 
-    return Rotation.from_rotvec(angle * axis).apply(vector)
+    return Rotation.from_rotvec(angle * axis).apply(np.array(vector))

@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.special import ndtr
 
-from blockstat.errors import HUGE, InputError, check_choice
+from blockstat.assembly import check_supports
+from blockstat.errors import HUGE, InputError, check_choice, known_options
 from blockstat.joint import fits
 from blockstat.loads import Loads
+from blockstat.spec.material import KEYS, KNOWN_KEYS, is_random_key
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 KINDS = ("normal", "lognormal", "uniform")
-#: What may be random; density and loads go with a group, as in "density.wall".
-KEYS = ("friction", "edge", "corner", "push")
-GROUP_KEYS = ("density", "loads")
 #: What has a value of its own.
 EACH = ("all", "group", "course", "block", "joint")
 #: Keys whose values belong to joints, and those of which there is one value.
@@ -33,6 +32,7 @@ class Random:
 
     Examples
     --------
+    >>> from blockstat import Random
     >>> print(Random("uniform", 0.5, 0.7).value(0.0))
     0.6
     """
@@ -100,6 +100,7 @@ class Random:
         return math.sqrt(math.log1p((self.second / self.first) ** 2)) * self.value(normal)
 
 
+@known_options
 def random_variables(assembly: Assembly) -> tuple[dict[str, Random], list[float] | None]:
     """Return the random variables that the scene of an assembly names under `[uncertain]`.
 
@@ -182,11 +183,13 @@ def checked(assembly: Assembly, uncertain: Mapping[str, Random], loads: Loads | 
     Raises
     ------
     InputError
-        For a key or a group that there is not, for none at all, for load factors without loads, for friction where
-        joint laws have their own, and where there is nothing to have a value of its own.
+        For an assembly without supports, for a key or a group that there is not, for none at all, for load factors
+        without loads, for friction where joint laws have their own, and where there is nothing to have a value of its
+        own.
     """
+    check_supports(assembly)
     if not uncertain:
-        raise InputError(f"nothing is uncertain; keys are: {', '.join(KEYS)}, density.GROUP and loads.GROUP")
+        raise InputError(f"nothing is uncertain; keys are: {KNOWN_KEYS}")
     for key, variable in uncertain.items():
         kind, _, group = key.partition(".")
         if key in SINGLE and variable.each != "all":
@@ -199,8 +202,8 @@ def checked(assembly: Assembly, uncertain: Mapping[str, Random], loads: Loads | 
             if key == "friction" and any(law.friction is not None for law in assembly.joints):
                 raise InputError('uncertain "friction": joint laws have their own friction')
             continue
-        if kind not in GROUP_KEYS or not group:
-            raise InputError(f'uncertain "{key}"; keys are: {", ".join(KEYS)}, density.GROUP and loads.GROUP')
+        if not is_random_key(key):
+            raise InputError(f'uncertain "{key}"; keys are: {KNOWN_KEYS}')
         if kind == "loads" and loads is None:
             raise InputError(f'uncertain "{key}": there are no permanent loads')
         if not blocks_of(assembly, group).any():

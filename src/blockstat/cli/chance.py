@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Callable
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
@@ -30,6 +32,8 @@ from blockstat.cli.options import (
 from blockstat.cli.options import load as load_assembly
 from blockstat.errors import InputError
 from blockstat.system.lines import PlainLines
+
+T = TypeVar("T")
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -106,15 +110,16 @@ def reliability_command(
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
     chosen = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
-    random, direction = _chosen(file, assembly, uncertain, load)
+    scene = None if uncertain else file  # where the random variables come from
+    random, direction = _of_scene(scene, lambda: _chosen(file, assembly, uncertain, load))
     joints, _ = shared_joints(assembly, near, None)
     options: dict[str, Any] = {"load": direction, "gap": near, "interfaces": joints}
     options["loads"] = None if chosen is None else chosen.weighted_loads
     if first_order and direction is None:
         raise InputError("--first-order asks when a load is not carried; give it by --load AX,AY,AZ")
-    point = design_point(assembly, random, **options) if first_order else None
+    point = _of_scene(scene, lambda: design_point(assembly, random, **options)) if first_order else None
     options |= {"about": point, "flow": flow, "file": output, "jobs": jobs, "progress": _Progress()}
-    found = reliability(assembly, random, draws=draws, seed=seed, **options)
+    found = _of_scene(scene, lambda: reliability(assembly, random, draws=draws, seed=seed, **options))
     if found.stopped and output is not None:
         typer.echo(f"{output} keeps the draws that were made: the same command goes on from there", err=True)
     if as_json:
@@ -125,6 +130,19 @@ def reliability_command(
     if point is not None:
         typer.echo(point.explain())
     typer.echo(found.explain())
+
+
+def _of_scene(file: Path | None, call: Callable[[], T]) -> T:
+    """Call a function, and say in which file and line the random variables are that it refuses."""
+    from blockstat.spec.files import located
+
+    try:
+        return call()
+    except InputError as error:
+        if file is None or any(str(text).startswith(str(file)) for text in error.args):
+            raise
+        keys = (re.sub('^uncertain "([^"]*)"', r"uncertain.\1", str(text)) for text in error.args)
+        raise located(file, type(error)(*keys)) from None
 
 
 def _chosen(

@@ -108,7 +108,8 @@ def convert(
     """
     from blockstat.io.files import write
 
-    assembly = load_assembly(file, friction=None, gravity=None, tilt=None, supports=supports, units=units, up=up)
+    chosen: dict[str, Any] = {"supports": supports, "units": units, "up": up, "stands": False}
+    assembly = load_assembly(file, friction=None, gravity=None, tilt=None, **chosen)
     write(assembly, output, format=format)
     typer.echo(f"{output}: {assembly.n_blocks} blocks, {_written(output, None, None)}")
 

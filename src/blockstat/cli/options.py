@@ -177,6 +177,7 @@ def load(
     supports: str | None = None,
     units: str | None = None,
     up: str | None = None,
+    stands: bool = True,
 ) -> Assembly:
     """Read a file and apply the options.
 
@@ -196,6 +197,8 @@ def load(
         Of the coordinates in the file; they are converted to metres.
     up : str, optional
         Value of `--up`, the axis of the file that points up.
+    stands : bool, optional
+        Whether something is asked that needs supports.
 
     Returns
     -------
@@ -212,10 +215,12 @@ def load(
     InputWarning
         Where units, friction or the axis that is up look wrong, with what to type.
     """
-    from blockstat.spec import read
+    from blockstat.assembly import check_supports
+    from blockstat.spec.files import blaming, read
 
-    chosen = None if supports is None else supports.split(",")
-    assembly = read(path, supports=chosen, units=units, up=up)
+    assembly = read(path, supports=None if supports is None else supports.split(","), units=units, up=up)
+    if stands:
+        blaming(path, lambda: check_supports(assembly))
     doubt(modified(assembly, friction=friction, gravity=None, tilt=None), path)
     return modified(assembly, friction=friction, gravity=gravity, tilt=tilt)
 
@@ -406,7 +411,7 @@ def _tilted(gravity: Any, tilt: str) -> Any:
         angle = numbers(degrees, 1, "--tilt", "AXIS,DEGREES")[0]
     except InputError:
         raise InputError(f'--tilt is "{tilt}"; it must read AXIS,DEGREES with DEGREES a number') from None
-    return Rotation.from_rotvec(np.deg2rad(angle) * np.array(AXES[axis])).apply(np.asarray(gravity))
+    return Rotation.from_rotvec(np.deg2rad(angle) * np.array(AXES[axis])).apply(np.array(gravity))
 
 
 def inputs(assembly: Assembly, *, units: str | None = None, gap: float | str | None = None) -> dict[str, Any]:

@@ -104,17 +104,15 @@ def plot_command(
     azimuth, elevation = numbers(view, 2, "--view", "AZIMUTH,ELEVATION")
     look: dict[str, Any] = {"azimuth": azimuth, "elevation": elevation}
     choices = {"--plain": plain, "--forces": forces, "--joints": joints, "--mechanism": mechanism, "--stone": stone}
-    choices["--reserve"] = reserve is not None
-    asked = [name for name, on in choices.items() if on]
-    if len(asked) > 1:
-        raise InputError(f"{' and '.join(asked)} are different pictures; ask for one of them")
+    asked = _one_of(choices | {"--reserve": reserve is not None})
     if load is not None and not (mechanism or stone or reserve):
         raise InputError("--load goes with --mechanism, --stone or --reserve")
     if (stone or reserve) and load is None:
-        raise InputError(f"{asked[0]} asks what raises a limit load; give its direction by --load AX,AY,AZ")
+        raise InputError(f"{asked} asks what raises a limit load; give its direction by --load AX,AY,AZ")
     direction = None if load is None else numbers(load, 3, "--load", "AX,AY,AZ")
     (check_place if mechanism and output.suffix.lower() == ".glb" else picture_to_write)(output)
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    read: dict[str, Any] = {"supports": supports, "units": units, "up": up, "stands": not plain}
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, **read)
     near = gap_of(gap)
     doubt_loads(() if plain else assembly.metadata.get("cases"), file, chosen=False)
     if plain:
@@ -130,6 +128,14 @@ def plot_command(
         draw = plot_forces if forces else plot_utilisation if joints else plot_verdict
         draw(assess(assembly, gap=near), output, **look)
     typer.echo(str(output))
+
+
+def _one_of(choices: dict[str, bool]) -> str:
+    """The picture that is asked for, "" for none."""
+    asked = [name for name, on in choices.items() if on]
+    if len(asked) > 1:
+        raise InputError(f"{' and '.join(asked)} are different pictures; ask for one of them")
+    return "".join(asked)
 
 
 def _plot_reserve(limit: LimitLoad, direction: list[float], what: str, output: Path, look: dict[str, Any]) -> None:

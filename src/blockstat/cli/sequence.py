@@ -116,6 +116,7 @@ def sequence(
     as_json: AsJson = False,
 ) -> None:
     """Judge the steps in which an assembly is built, or search an order with few held blocks."""
+    from blockstat.io.files import blaming
     from blockstat.sequence.courses import CoursesResult, build_by_courses
     from blockstat.sequence.order import OrderResult, SafestOrder, find_order
     from blockstat.sequence.plan import PlanVerdict
@@ -132,7 +133,7 @@ def sequence(
     result: Result
     if stages:
         with _counted("stages and courses judged") as progress:
-            result = assess_stages(assembly, progress=progress, **options)
+            result = blaming(file, lambda: assess_stages(assembly, progress=progress, **options))
     elif plan is not None:
         result = judged = _judged(assembly, plan, reserve=reserve, tilt=tilt, **options)
         head["verdict"] = judged.outcome.word

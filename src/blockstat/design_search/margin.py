@@ -85,6 +85,7 @@ class Margin:
 
         Examples
         --------
+        >>> from blockstat import Margin
         >>> round(Margin.tilt("x", 45).least, 12)
         1.0
         """

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -69,8 +70,44 @@ def next_in_face(face_start: Ints) -> Ints:
     return following
 
 
+def read_only(array: Any) -> Any:
+    """Return a view of an array that cannot be written to; anything else as it is.
+
+    Parameters
+    ----------
+    array : object
+        It stays writable itself.
+
+    Returns
+    -------
+    object
+        The view.
+    """
+    if not isinstance(array, np.ndarray) or not array.flags.writeable:
+        return array
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+class ReadOnly:
+    """A record whose arrays cannot be written to, because others are computed from them once and kept.
+
+    An array that is given is copied, unless it is read-only already.
+    """
+
+    def __post_init__(self) -> None:
+        given = vars(self)
+        for name, value in given.items():
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                given[name] = read_only(value.copy(order="K"))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update((name, read_only(value)) for name, value in state.items())
+
+
 @dataclass(frozen=True)
-class FacePlanes:
+class FacePlanes(ReadOnly):
     """Best-fit planes of polygons (Newell's method)."""
 
     normal: Floats  #: shape (n_faces, 3), unit, outward for a positively oriented block
@@ -106,7 +143,7 @@ def face_planes(corners: Floats, face_start: Ints) -> FacePlanes:
 
 
 @dataclass(frozen=True)
-class Integrals:
+class Integrals(ReadOnly):
     """Volume integrals of blocks of unit density."""
 
     volume: Floats  #: shape (n_blocks,) [m3]
@@ -167,8 +204,8 @@ def integrals(corners: Floats, face_start: Ints, face_block: Ints, n_blocks: int
 
 
 @dataclass(frozen=True, eq=False)
-class Polyhedra:
-    """The geometry of many blocks in flat arrays."""
+class Polyhedra(ReadOnly):
+    """The geometry of many blocks in flat arrays, which are read-only."""
 
     vertices: Floats  #: shape (n_vertices, 3) [m], block after block
     vertex_start: Ints  #: shape (n_blocks + 1,), the vertices of block b are vertex_start[b]:vertex_start[b+1]
@@ -199,7 +236,7 @@ class Polyhedra:
     @cached_property
     def size(self) -> Floats:
         """Size of each block, the cube root of its volume, shape (n_blocks,) [m]; lengths are judged by it."""
-        return np.cbrt(self.volume)
+        return read_only(np.cbrt(self.volume))
 
     @cached_property
     def planes(self) -> FacePlanes:

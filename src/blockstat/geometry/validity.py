@@ -48,7 +48,7 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
     surface = np.bincount(blocks.face_block, blocks.planes.area, blocks.n_blocks)
     flat = np.abs(blocks.volume) <= FLAT * diagonal * surface / 2
     wrong = [
-        f'block "{names[block]}": its volume is {blocks.volume[block]:.3g} m3; it is flat'
+        f'block "{names[block]}": its volume is {blocks.volume[block]:.3g} m3 over {diagonal[block]:.3g} m; it is flat'
         for block in np.flatnonzero(flat).tolist()
     ]
     wrong += [
@@ -71,6 +71,19 @@ def _has_solid_inside_out(blocks: Polyhedra, block: int, label: np.ndarray) -> b
 
     `label` is the surface of each face. A cavity lies inside an odd number of other surfaces.
     """
+    surfaces = _surfaces(blocks, block, label)
+
+    def looks_the_wrong_way(k: int) -> bool:
+        around = [own for number, (own, _, _) in enumerate(surfaces) if number != k]
+        inside = [sum(contains(own, point) for own in around) % 2 for point in surfaces[k][1]]
+        # Some corners of a cavity may lie on another surface, and solids of one block may overlap in part.
+        return 2 * sum(inside) < len(inside) if surfaces[k][2] else sum(inside) == len(inside)
+
+    return any(looks_the_wrong_way(k) for k in range(len(surfaces)))
+
+
+def _surfaces(blocks: Polyhedra, block: int, label: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, bool]]:
+    """Triangles of each surface of a block that has a volume, some of its corners, and whether it looks inwards."""
     faces = np.arange(*np.searchsorted(blocks.face_block, [block, block + 1]))
     surfaces = []
     for own in (faces[label == one] for one in np.unique(label)):
@@ -81,14 +94,7 @@ def _has_solid_inside_out(blocks: Polyhedra, block: int, label: np.ndarray) -> b
         if abs(volume) > FLAT * float(blocks.volume[block]):
             outwards = fans(place, start)[:, ::-1] if volume < 0 else fans(place, start)
             surfaces.append((outwards, place[:PROBES], volume < 0))
-
-    def looks_the_wrong_way(k: int) -> bool:
-        around = [own for number, (own, _, _) in enumerate(surfaces) if number != k]
-        inside = [sum(contains(own, point) for own in around) % 2 for point in surfaces[k][1]]
-        # Some corners of a cavity may lie on another surface, and solids of one block may overlap in part.
-        return 2 * sum(inside) < len(inside) if surfaces[k][2] else sum(inside) == len(inside)
-
-    return any(looks_the_wrong_way(k) for k in range(len(surfaces)))
+    return surfaces
 
 
 def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> np.ndarray:
@@ -154,9 +160,18 @@ def _warn_of_several_solids(
     apart = np.bincount(owner[owner >= 0], minlength=blocks.n_blocks) > 1
     # Solids that touch along an edge, or with a face, share its corners, and each walks the edge both ways.
     touching = np.bincount(block[walked > 1], minlength=blocks.n_blocks) > 0
-    several = np.flatnonzero(apart | touching)
-    if len(several):
-        text = f'{len(several)} blocks hold separate solids that move as one (the first is "{names[several[0]]}")'
-        warnings.warn(InputWarning(text), stacklevel=4)
     of_face = label[tail[blocks.face_start[:-1]]]
-    return {block: of_face[blocks.face_block == block] for block in np.flatnonzero(apart).tolist()}
+    found = {block: of_face[blocks.face_block == block] for block in np.flatnonzero(apart).tolist()}
+    hollow = [block for block, own in found.items() if not touching[block] and _is_hollow(blocks, block, own)]
+    several = np.setdiff1d(np.flatnonzero(apart | touching), hollow).tolist()
+    for blocks_so, what in ((several, "hold separate solids that move as one"), (hollow, "have cavities")):
+        if blocks_so:
+            text = f'{len(blocks_so)} blocks {what} (the first is "{names[blocks_so[0]]}")'
+            warnings.warn(InputWarning(text), stacklevel=4)
+    return found
+
+
+def _is_hollow(blocks: Polyhedra, block: int, label: np.ndarray) -> bool:
+    """Whether all surfaces of a block but one look inwards."""
+    inwards = [cavity for _, _, cavity in _surfaces(blocks, block, label)]
+    return len(inwards) > 1 and inwards.count(False) == 1

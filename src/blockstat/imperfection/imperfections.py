@@ -41,6 +41,7 @@ class Imperfections:
 
     Examples
     --------
+    >>> from blockstat import Imperfections
     >>> Imperfections(edge="3 mm", friction=1.2, density={"wall": (1800, 2200)}).words
     'joints lose 3 mm at each edge, friction / 1.2'
     """

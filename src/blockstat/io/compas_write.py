@@ -20,6 +20,7 @@ from blockstat.io.compas import ASSEMBLY, BLOCK_MODEL, GROUP, MESH, MODEL
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+from blockstat.io.parts import friction_said
 
 INTERFACE = "compas_assembly.datastructures/Interface"
 CONTACT = "compas_dem.interactions/FrictionContact"
@@ -206,4 +207,4 @@ def _object(dtype: str, data: dict[str, Any], name: str, part: str) -> dict[str,
 
 
 def _shared(assembly: Assembly) -> dict[str, Any]:
-    return {"friction": assembly.friction, "gravity": assembly.gravity.tolist()}
+    return {"friction": friction_said(assembly.friction), "gravity": assembly.gravity.tolist()}

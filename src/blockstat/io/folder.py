@@ -5,6 +5,7 @@ The parts of a dotted group are directories in one another. Characters that file
 
 from __future__ import annotations
 
+import os
 import re
 import warnings
 from collections.abc import Iterable
@@ -28,6 +29,7 @@ SOLIDS = (".ply", ".stl")
 OBJECTS = (".obj", ".glb")  #: meshes of several blocks, which are read one by one
 #: What some file system does not allow in a name, and % itself; on Windows, CON and the like are devices.
 REFUSED = re.compile(r'[%/\\:*?"<>|\x00-\x1f]|^\.|[. ]$|(?i:^(?=(?:con|prn|aux|nul|com\d|lpt\d)(?:\.|$))\w)')
+LONGEST = 255  #: bytes in the name of a file or a directory
 EMPTY = "%"  #: stands for a part of a group that is empty
 
 
@@ -98,15 +100,31 @@ def write_folder(assembly: Assembly, path: Path, suffix: str) -> None:
     Raises
     ------
     InputError
-        For a directory that holds such files already.
+        For a directory that holds such files already, or a block whose name or group is too long for a file system;
+        nothing is written then.
     """
     if path.is_dir() and any(p.suffix.lower() in SOLIDS for p in path.rglob("*")):
         raise InputError(f"{path}: already holds {' or '.join(SOLIDS)} files, which would be read as blocks too")
-    for block, (name, group) in enumerate(zip(assembly.names, assembly.groups, strict=True)):
-        directory = path.joinpath(*map(_quoted, group.split("."))) if group else path
-        directory.mkdir(parents=True, exist_ok=True)
-        with written_whole(directory / f"{_quoted(name)}{suffix}") as place:
+    files = [
+        path.joinpath(*(map(_quoted, group.split(".")) if group else ()), f"{_quoted(name)}{suffix}")
+        for name, group in zip(assembly.names, assembly.groups, strict=True)
+    ]
+    gathered(partial(_check_length, path, *own) for own in zip(files, assembly.names, strict=True))
+    for block, file in enumerate(files):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with written_whole(file) as place:
             block_mesh(assembly, block).export(place)
+
+
+def _check_length(path: Path, file: Path, name: str) -> None:
+    """Raise InputError for a block whose file or directories have names that no file system takes."""
+    longest = max(len(os.fsencode(part)) for part in file.relative_to(path).parts)
+    if longest > LONGEST:
+        shown = name if len(name) < 40 else f"{name[:30]}..."
+        raise InputError(
+            f'{path}: block "{shown}" would need a name of {longest} bytes for its file or directory, and file systems '
+            f"take {LONGEST}; .obj, .glb and .json take any name"
+        )
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:

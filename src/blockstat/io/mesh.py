@@ -23,7 +23,7 @@ from blockstat.geometry.components import connected_components
 from blockstat.geometry.triangulation import triangulate
 from blockstat.io.names import distinct_names
 from blockstat.io.obj import read_obj, split_solids, write_obj
-from blockstat.io.parts import Parts, chosen_supports, is_marked, moved_far_away, rounding_of, spacings
+from blockstat.io.parts import Parts, chosen_supports, friction_said, is_marked, moved_far_away, rounding_of, spacings
 from blockstat.io.raw import glb, ply, precision, stl
 from blockstat.io.raw.runs import closed_runs, with_cavities
 from blockstat.system.reading import check_file
@@ -425,7 +425,7 @@ def write_mesh(
     if values and suffix not in (".glb", ".obj"):
         raise InputError("values are written to .glb and .obj only")
     extras = [_described(assembly, i, values) for i in range(assembly.n_blocks)]
-    shared = {"friction": assembly.friction, "gravity": assembly.gravity.tolist()}
+    shared = {"friction": friction_said(assembly.friction), "gravity": assembly.gravity.tolist()}
     if suffix == ".obj":
         write_obj(assembly, path, extras, shared, frame=frame)
         return

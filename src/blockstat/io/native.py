@@ -5,6 +5,8 @@
      ties?: [{between: [block, block], points: [[x, y, z], [x, y, z]], least?, greatest?, strut?, name?}],
      blocks: [{name, group?, density?, vertices: [[x, y, z]], faces: [[i, j, k, ...]]}]}
 
+A friction without limit is the text "inf", because JSON has no number for it; the Infinity that 0.2 wrote is read, too.
+
 Other keys of the object itself are kept as metadata, but for those that are nearly one of these ("frction"), which are
 refused; those of a block, a joint or a tie are refused.
 """
@@ -25,7 +27,7 @@ import numpy as np
 from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY, Assembly, Block
 from blockstat.errors import InputError, gathered
 from blockstat.io.names import distinct_names
-from blockstat.io.parts import Parts, chosen_supports
+from blockstat.io.parts import Parts, chosen_supports, friction_said, with_friction
 from blockstat.joint import JointLaw, Tie
 from blockstat.system.faults import faults
 from blockstat.system.reading import check_depth, text_of
@@ -144,6 +146,9 @@ def native_parts(
         raise InputError(f'the file holds a {type(data).__name__}; an object with "blocks" is needed')
     if wrong := _misspelt(data):
         raise InputError(*wrong)
+    data = with_friction(data)
+    if isinstance(data.get("joints"), list):
+        data["joints"] = [with_friction(joint) for joint in data["joints"]]
     try:
         record = msgspec.convert(data, _Record)
     except msgspec.ValidationError:
@@ -192,6 +197,12 @@ def _in_words(text: str, data: dict[str, Any]) -> str:
     return f'block "{label}": {rest or "entry"}: {message}'
 
 
+def _law(law: JointLaw) -> dict[str, Any]:
+    """A joint law as the file says it."""
+    said = law.as_dict()
+    return said | {"friction": friction_said(law.friction)} if law.friction is not None else said
+
+
 def write_json(assembly: Assembly, path: Path, *, units: str = "m") -> None:
     """Write the native format; floats keep all their digits.
 
@@ -225,15 +236,15 @@ def write_json(assembly: Assembly, path: Path, *, units: str = "m") -> None:
         "name": assembly.name,
         "units": units,
         "density": float(assembly.density[0]),
-        "friction": assembly.friction,
+        "friction": friction_said(assembly.friction),
         "gravity": assembly.gravity.tolist(),
         "supports": np.flatnonzero(assembly.support).tolist(),
-        **({"joints": [law.as_dict() for law in assembly.joints]} if assembly.joints else {}),
+        **({"joints": [_law(law) for law in assembly.joints]} if assembly.joints else {}),
         **({"ties": [tie.as_dict() for tie in assembly.ties]} if assembly.ties else {}),
         "blocks": blocks,
     }
     try:
-        text = json.dumps(data)
+        text = json.dumps(data, allow_nan=False)
     except (TypeError, ValueError) as error:
         raise InputError(f"the metadata cannot be written as JSON ({error})") from None
     path.write_text(text, encoding="utf-8")

@@ -17,11 +17,45 @@ from blockstat.joint import Tie
 from blockstat.result import listed
 from blockstat.typing import Floats
 
+INFINITE = "inf"  #: what a file says for a friction without limit: JSON has no number for it
 UP = ("x", "y", "z", "-x", "-y", "-z")  #: axes of a file that may point up
 #: Corners that single precision moves by no more than this fraction of their extent are near enough to the origin.
 NEAR = 1e-6
 #: Metres in one unit of length.
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+
+
+def friction_said(friction: float) -> float | str:
+    """Return what a JSON file says for a coefficient of friction.
+
+    Parameters
+    ----------
+    friction : float
+        The coefficient.
+
+    Returns
+    -------
+    float or str
+        "inf" for one without limit.
+    """
+    return INFINITE if friction == np.inf else friction
+
+
+def with_friction(said: Any) -> Any:
+    """Return a table of a JSON file with its friction as a number.
+
+    Parameters
+    ----------
+    said : object
+        The table; files of before 0.3 say Infinity for "inf".
+
+    Returns
+    -------
+    object
+        The same where it says no "inf".
+    """
+    infinite = isinstance(said, dict) and said.get("friction") == INFINITE
+    return {**said, "friction": np.inf} if infinite else said
 
 
 @dataclass(frozen=True)
@@ -33,6 +67,9 @@ class Parts:
     options: dict[str, Any] = field(default_factory=dict)  #: keyword arguments of `Assembly.from_blocks`
     up: str = "z"  #: the axis of the file that points up here, along z
     spacing: Sequence[float] = ()  #: of numbers in single precision at each block, none for double precision
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "options", with_friction(self.options))
 
     def assembled(self) -> Assembly:
         """Return the assembly.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.errors import InputError, gathered, no_such
+from blockstat.errors import InputError, gathered, known_options, no_such
 from blockstat.loading.ground import dispersed_forces, fill_forces, fluid_forces
 from blockstat.loading.on_faces import body_load, line_forces, patch_forces, point_forces, surface_forces
 from blockstat.loading.placed import PlacedForces, at_centroids, joined
@@ -84,6 +84,7 @@ class LoadCase:
         return f"{self.description} ({self.combination})" if self.description else self.combination
 
 
+@known_options
 def load_cases(
     assembly: Assembly, loads: Tables | None = None, cases: Tables | None = None, *, gap: float | str = GAP
 ) -> dict[str, LoadCase]:
@@ -141,6 +142,7 @@ def load_cases(
     return {name: _case(assembly, name, table, made) for name, table in asked.items()}
 
 
+@known_options
 def load_case(
     assembly: Assembly, name: str, loads: Tables | None = None, cases: Tables | None = None, *, gap: float | str = GAP
 ) -> LoadCase:

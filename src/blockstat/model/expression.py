@@ -84,6 +84,8 @@ def evaluate(text: str, value_of: Callable[[str], float], names: Mapping[str, An
         raise InputError(f'"{text}": {refusal}') from None
     except RecursionError:
         raise InputError(f'"{text[:80]}" is too deep; take it apart into several parameters') from None
+    except OverflowError:
+        raise InputError(f'"{text}" is too large a number') from None
     except (ArithmeticError, TypeError) as error:
         raise InputError(f'"{text}": {error}') from None
     if isinstance(value, complex) or not math.isfinite(value):

@@ -113,7 +113,7 @@ def assemble(blocks: Iterable[Block], *, supports: str | Sequence[str] = "spring
 
     Examples
     --------
-    >>> from blockstat.model import arch
+    >>> from blockstat.model import arch, assemble
     >>> assemble(arch(span=2.0, thickness=0.3, depth=0.5, voussoirs=5, springers=0.2)).n_blocks
     7
     """

@@ -13,7 +13,7 @@ from blockstat.analysis.problem import checked_loads
 from blockstat.analysis.thrust import extreme, standing, with_overlaps
 from blockstat.assembly import Block
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, check_positive, known_options
+from blockstat.errors import InputError, check_density, check_positive, known_options
 from blockstat.joint import Tie
 from blockstat.loads import as_load, as_points, numbers, on_block, three
 from blockstat.program.ties import check_anchors, tie_columns, tied_pairs
@@ -241,6 +241,7 @@ def tie_gain(
     return np.where([tie.least == 0 for tie in ties], np.maximum(gain, 0.0), gain)
 
 
+@known_options
 def tendon_load(assembly: Assembly, blocks: Sequence[int | str], points: Any, force: float) -> Floats:
     """Make the load of an unbonded tendon with a constant force along a polyline, without friction at its bends.
 
@@ -331,7 +332,7 @@ def anchor_plate(
     Raises
     ------
     InputError
-        For sides or a thickness that are not positive.
+        For sides, a thickness or a density that are not positive.
 
     Examples
     --------
@@ -345,6 +346,7 @@ def anchor_plate(
     normal = three(outward, "outward")
     half = numbers(sides) / 2
     check_positive("plate: thickness", thickness)
+    density = check_density(name, density)
     if half.shape != (2,) or not (np.isfinite(half) & (half > 0)).all() or not normal.any():
         raise InputError(f"plate: sides are {sides!r}; they must be two numbers above 0, and outward not zero")
     normal = normal / np.linalg.norm(normal)

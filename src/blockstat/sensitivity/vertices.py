@@ -32,7 +32,7 @@ from blockstat.analysis.verdict import Outcome, Verdict, relative_motion
 from blockstat.assembly import Assembly
 from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import ANGLE, GAP, Interfaces
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import next_in_face
 from blockstat.loads import acceleration
@@ -73,6 +73,7 @@ class PointGradient:
         return float((self.gradient * motion).sum())
 
 
+@known_options
 def shared_points(assembly: Assembly, *, tolerance: float = SHARED) -> tuple[Floats, Ints]:
     """Return the places where corners lie.
 
@@ -136,6 +137,7 @@ def limit_load_by_point(limit: LimitLoad, direction: Sequence[float], *, toleran
     --------
     A pillar 2 m high tips at width / height times its weight: higher by 1 m at 0.125 less, to first order.
 
+    >>> import numpy as np
     >>> from blockstat import Assembly, box, limit_load, limit_load_by_point
     >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
     >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
@@ -220,6 +222,7 @@ def score_by_point(verdict: Verdict, *, tolerance: float = SHARED) -> PointGradi
     --------
     A pillar that tips needs less adhesion once it is wider.
 
+    >>> import numpy as np
     >>> from blockstat import Assembly, assess, box, score_by_point
     >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
     >>> pillar = Assembly.from_blocks(blocks, supports=["ground"], gravity=(3.0, 0.0, -9.81))

@@ -104,6 +104,7 @@ class Plan:
         return found
 
 
+@known_options
 def read_plan(path: str | Path, assembly: Assembly) -> Plan:
     """Read a plan and check it against its assembly.
 
@@ -179,6 +180,7 @@ def _row(step: Step) -> dict[str, tuple[str, ...]]:
     return row | {key: names for key, names in (("in", step.props_in), ("out", step.props_out)) if names}
 
 
+@known_options
 def check_plan(plan: Plan, assembly: Assembly) -> None:
     """Check that a plan can be carried out, statics aside.
 

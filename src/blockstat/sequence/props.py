@@ -148,6 +148,7 @@ class Falsework(Result):
         return "\n".join(lines)
 
 
+@known_options
 def hoists(assembly: Assembly, blocks: Iterable[str]) -> list[Prop]:
     """Return props that push blocks against gravity at their centroids, as ropes from above would pull.
 
@@ -168,6 +169,7 @@ def hoists(assembly: Assembly, blocks: Iterable[str]) -> list[Prop]:
     return [Prop(assembly.names[k], tuple(assembly.centroid[k].tolist()), tuple(up.tolist())) for k in chosen]
 
 
+@known_options
 def centring(assembly: Assembly, blocks: Iterable[str], *, interfaces: Interfaces | None = None) -> list[Prop]:
     """Return props under blocks, each normal to the face that looks down most, in the middle of what is free of it.
 

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import msgspec
 import numpy as np
 
 from blockstat.analysis.assess import FLOWS
@@ -30,21 +29,12 @@ from blockstat.result import Result, Unfinished, finite, listed
 from blockstat.sequence.courses import levels
 from blockstat.sequence.props import Falsework, centring, held_by_props, outcome_with_props
 from blockstat.sequence.states import Whole
-from blockstat.system.faults import faults
+from blockstat.spec.material import Stage, stages_from
 from blockstat.system.workers import in_stretches
 from blockstat.typing import Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
-
-
-class Stage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """One stage as it is written."""
-
-    name: str
-    place: tuple[str, ...] = ()  #: groups put in at its beginning
-    centring: tuple[str, ...] = ()  #: groups that rest on a centring at its end
-    courses: bool = False  #: whether it is judged after each course
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,10 +136,7 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
     tables = assembly.metadata.get("stages", ())
     if not isinstance(tables, Sequence) or isinstance(tables, str):
         raise InputError(f'metadata: "stages" is {tables!r}; it is a list of tables')
-    if wrong := [f"stages.{k}: {text}" for k, table in enumerate(tables) for text in faults(Stage, table)]:
-        raise InputError(*wrong)
-    for number, table in enumerate(tables):
-        stage = msgspec.convert(table, Stage)
+    for number, stage in enumerate(stages_from(tables)):
         where = f'stages.{number} ("{stage.name}")'
         for block in _blocks(assembly, stage.place, where).tolist():
             if block in placed:

@@ -22,6 +22,7 @@ from blockstat.analysis.decision import outcome_of
 from blockstat.analysis.limit_load import limit_load
 from blockstat.analysis.problem import Problem, pose
 from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.assembly import check_supports
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces, near_blocks
 from blockstat.contact.overlap.penetration import check_copies, check_overlaps, overlaps
@@ -141,8 +142,7 @@ class Whole:
         interfaces: Interfaces | None = None,
     ) -> None:
         assembly = assembly if friction is None else assembly.with_(friction=friction)
-        if not assembly.support.any():
-            raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
+        check_supports(assembly)
         if assembly.ties:
             raise InputError(f'"{assembly.name}" has ties; sequences are judged without ties')
         if interfaces is None:

@@ -15,8 +15,8 @@ import numpy as np
 
 from blockstat.assembly import Assembly, Block
 from blockstat.contact.overlap.penetration import overlaps
-from blockstat.errors import InputError, gathered
-from blockstat.joint import JointLaw
+from blockstat.errors import InputError, gathered, no_such
+from blockstat.joint import JointLaw, fits
 from blockstat.model.ground import ground
 from blockstat.model.placing import moved, rotation
 from blockstat.model.size import blocks_asked, check_number
@@ -24,6 +24,7 @@ from blockstat.spec.chapel import lowered
 from blockstat.spec.composition import GROUND, Composition, Plan, resolve
 from blockstat.spec.element import Element, Repeat, repeats_of
 from blockstat.spec.elements import blocks_of, kind_of
+from blockstat.spec.material import KEYS, stages_from
 from blockstat.spec.scene import Scene, parameters
 
 T = TypeVar("T")
@@ -83,6 +84,7 @@ def build(scene: Scene) -> Assembly:
             **{key: own for key, own in _tables(plan) if own},
         },
     )
+    _check_groups(plan, assembly, moves=any(len(found.steps()) > 1 for found in parameters(scene).values()))
     if not plan.no_overlap:
         _check_elements_apart(assembly)
     return assembly
@@ -153,6 +155,24 @@ def _tables(plan: Plan) -> list[tuple[str, Any]]:
     """What a plan says of its loads, their cases, its stages and what is random, for those who judge the assembly."""
     tables = [("loads", plan.loads), ("cases", plan.cases), ("stages", list(plan.stages))]
     return [*tables, ("uncertain", plan.uncertain)]
+
+
+def _check_groups(plan: Plan, assembly: Assembly, *, moves: bool) -> None:
+    """Raise InputError for a group of stages or random variables that does not exist, nor would with other values."""
+    named = [
+        (f'stages.{k} ("{stage.name}")', group)
+        for k, stage in enumerate(stages_from(plan.stages))
+        for group in (*stage.place, *stage.centring)
+    ]
+    named += [(f"uncertain.{key}", key.partition(".")[2]) for key in plan.uncertain if key not in KEYS]
+    first = {own.split(".")[0] for own in (*plan.absent, *(assembly.groups if moves else ()))}
+    wrong = []
+    for where, group in named:
+        may_be = group.split(".")[0] in first or "" in plan.absent
+        if not may_be and not any(fits(group, own) for own in assembly.groups):
+            wrong.append(str(no_such("group", group, sorted({own for own in assembly.groups if own})).under(where)))
+    if wrong:
+        raise InputError(*wrong)
 
 
 def _said(message: str, keys: Mapping[str, str]) -> str:

@@ -19,7 +19,7 @@ from blockstat.loading.cases import check_tables
 from blockstat.model.expression import RESERVED, evaluate, is_expression
 from blockstat.spec.element import Element
 from blockstat.spec.elements import KINDS
-from blockstat.spec.material import Joint, Material, TieTable, uncertain_of
+from blockstat.spec.material import Joint, Material, TieTable, stages_from, uncertain_of
 from blockstat.spec.ranges import Range, is_presence, is_range, meant_as_range
 from blockstat.spec.reading import check_name, entries, joined, read_as
 from blockstat.system.faults import faults, unknown_keys
@@ -67,6 +67,7 @@ class Plan(msgspec.Struct, frozen=True, kw_only=True):
     ties: tuple[Tie, ...] = ()
     uncertain: dict[str, Any] = {}  #: plain values of the random variables, by key
     stages: tuple[dict[str, Any], ...] = ()  #: tables of stages, as `blockstat.assess_stages` takes them
+    absent: tuple[str, ...] = ()  #: with which groups would begin that are not present
     no_overlap: bool = False  #: whether the elements are known not to overlap, so that this need not be checked
     #: what errors call a part of the plan, and what the scene calls it
     keys: dict[str, str] = {}
@@ -144,7 +145,7 @@ def resolve(composition: Composition) -> Plan:
         With the path of a bad key, kind or number.
     """
     names = _Names(composition.parameters)
-    _, elements, material, joints, tables, ties, uncertain = gathered(
+    _, elements, material, joints, tables, ties, uncertain, _ = gathered(
         (
             names.check,
             partial(_elements, composition.elements, names),
@@ -153,11 +154,13 @@ def resolve(composition: Composition) -> Plan:
             partial(load_tables, composition.loads, composition.cases, names),
             partial(ties_of, composition.ties, names),
             lambda: uncertain_of(_plain(composition.uncertain, "uncertain", names)),
+            partial(stages_from, composition.stages),
         )
     )
     return Plan(
         name=composition.name,
         elements={name: element for name, element in elements.items() if element.present},
+        absent=tuple(name if own.prefix is None else own.prefix for name, own in elements.items() if not own.present),
         material=material,
         joints=joints,
         supports=composition.supports,

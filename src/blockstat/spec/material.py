@@ -1,7 +1,8 @@
-"""Intrinsic parameters: of the stone, of the joints and of ties; and how uncertain they are."""
+"""Intrinsic parameters: of the stone, of the joints and of ties; how uncertain they are; and stages of construction."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import partial
 from typing import Annotated, Any, Literal
 
@@ -10,6 +11,12 @@ import msgspec
 from blockstat.errors import InputError, gathered
 from blockstat.model.quantities import Point
 from blockstat.spec.reading import joined, read_as
+from blockstat.system.faults import faults
+
+#: What may be random; density and loads go with a group, as in "density.wall".
+KEYS = ("friction", "edge", "corner", "push")
+GROUP_KEYS = ("density", "loads")
+KNOWN_KEYS = ", ".join((*KEYS, *(f"{kind}.GROUP" for kind in GROUP_KEYS)))
 
 
 class Material(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
@@ -74,6 +81,68 @@ class Uncertain(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     direction: Point | None = None
 
 
+class Stage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """One stage of construction as it is written."""
+
+    name: str
+    place: tuple[str, ...] = ()  #: groups put in at its beginning
+    centring: tuple[str, ...] = ()  #: groups that rest on a centring at its end
+    courses: bool = False  #: whether it is judged after each course
+
+
+def stages_from(tables: Iterable[Any]) -> tuple[Stage, ...]:
+    """Return the stages that tables stand for.
+
+    Parameters
+    ----------
+    tables : iterable of dict
+        As they were written.
+
+    Returns
+    -------
+    tuple of Stage
+        In their order.
+
+    Raises
+    ------
+    InputError
+        With the path of a bad or unknown key.
+
+    Examples
+    --------
+    >>> stages_from([{"name": "walls", "plase": ["wall"]}])
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: stages.0.plase: unknown key; keys here are: name, place, centring, courses
+    """
+    tables = list(tables)
+    if wrong := [text for k, table in enumerate(tables) for text in faults(Stage, table, f"stages.{k}")]:
+        raise InputError(*wrong)
+    return tuple(msgspec.convert(table, Stage) for table in tables)
+
+
+def is_random_key(key: str) -> bool:
+    """Return whether a key says what may be random.
+
+    Parameters
+    ----------
+    key : str
+        As in `[uncertain.KEY]`.
+
+    Returns
+    -------
+    bool
+        False for a misspelt one.
+
+    Examples
+    --------
+    >>> [key for key in ("friction", "frction", "density.wall", "density") if is_random_key(key)]
+    ['friction', 'density.wall']
+    """
+    kind, _, group = key.partition(".")
+    return key in KEYS or (kind in GROUP_KEYS and group != "")
+
+
 def uncertain_of(tables: dict[str, Any], path: str = "uncertain") -> dict[str, dict[str, Any]]:
     """The random variables that tables stand for.
 
@@ -92,7 +161,7 @@ def uncertain_of(tables: dict[str, Any], path: str = "uncertain") -> dict[str, d
     Raises
     ------
     InputError
-        With the path of a bad key or value, and for numbers that do not belong to the distribution.
+        With the path of an unknown or bad key or value, and for numbers that do not belong to the distribution.
     """
     found = gathered(partial(_variables, name, table, joined(path, name)) for name, table in tables.items())
     return {key: values for inner in found for key, values in inner.items()}
@@ -104,6 +173,9 @@ def _variables(name: str, table: Any, path: str) -> dict[str, dict[str, Any]]:
         raise InputError(f"{path}: {table!r} is no table; write kind, and mean and deviation or least and most")
     if "kind" not in table and table and all(isinstance(inner, dict) for inner in table.values()):
         return {f"{name}.{key}": values for key, values in uncertain_of(table, path).items()}
+    key = path.removeprefix("uncertain.")
+    if not is_random_key(key):
+        raise InputError(f"{path}: unknown key; keys here are: {KNOWN_KEYS}")
     read = read_as(Uncertain, table, path)
     needed = ("least", "most") if read.kind == "uniform" else ("mean", "deviation")
     wrong = []

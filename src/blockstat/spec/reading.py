@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator
 from typing import Any, TypeVar
@@ -10,6 +11,7 @@ import msgspec
 import numpy as np
 
 from blockstat.errors import InputError, check_number
+from blockstat.spec.ranges import is_presence
 from blockstat.system.faults import faults
 
 T = TypeVar("T", bound=msgspec.Struct)
@@ -40,7 +42,14 @@ def read_as(kind: type[T], data: Any, path: str = "") -> T:
     try:
         return msgspec.convert(data, kind)
     except msgspec.ValidationError:
-        raise InputError(*faults(kind, data, path)) from None
+        raise InputError(*map(_of_presence, faults(kind, data, path))) from None
+
+
+def _of_presence(text: str) -> str:
+    """A fault, in words of its own where it is that of a presence: "search" is no part of its type."""
+    place = text.partition(": ")[0]
+    there = is_presence(re.sub(r"\[(\d+)\]", r".\1", place))
+    return f'{place}: it must be true, false or "search"' if there else text
 
 
 def joined(path: str, key: str | int) -> str:

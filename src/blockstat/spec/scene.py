@@ -14,7 +14,7 @@ from blockstat.errors import InputError, gathered, known_options
 from blockstat.model.expression import is_expression
 from blockstat.spec.chapel import Building
 from blockstat.spec.composition import Composition, composition_from, load_tables, ties_of
-from blockstat.spec.material import uncertain_of
+from blockstat.spec.material import stages_from, uncertain_of
 from blockstat.spec.ranges import SEARCHED, Range, is_presence, is_range
 from blockstat.spec.reading import at_path, check_finite, entries, joined, number_at, read_as
 
@@ -39,6 +39,7 @@ def parameters(scene: Scene) -> dict[str, Range]:
 
     Examples
     --------
+    >>> from blockstat import parameters, scene_from
     >>> hut = {"name": "hut", "length": 3.0, "span": 2.0}
     >>> hut["wall"] = {"thickness": {"value": 0.6, "min": 0.2, "max": 0.8, "step": 0.2}}
     >>> list(parameters(scene_from(hut)))
@@ -86,6 +87,7 @@ def with_values(scene: Scene, values: Mapping[str, float], *, beyond: bool = Fal
 
     Examples
     --------
+    >>> from blockstat import scene_from, with_values
     >>> hut = {"name": "hut", "length": 3.0, "span": 2.0}
     >>> hut["wall"] = {"thickness": {"value": 0.6, "min": 0.2, "max": 0.8, "step": 0.2}}
     >>> with_values(scene_from(hut), {"wall.thickness": 0.4}).wall.thickness.value
@@ -124,6 +126,7 @@ def scene_from(data: Any) -> Scene:
 
     Examples
     --------
+    >>> from blockstat import scene_from
     >>> post = {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 2}
     >>> type(scene_from({"name": "gate", "elements": {"post": post}})).__name__
     'Composition'
@@ -189,12 +192,14 @@ def _read(data: dict[str, Any]) -> Scene:
     tables = {
         key: data[key] if isinstance(data.get(key), dict) else {} for key in ("loads", "cases", "ties", "uncertain")
     }
+    stages = data.get("stages")
     building, *_ = gathered(
         (
             partial(read_as, Building, data),
             partial(load_tables, tables["loads"], tables["cases"]),
             partial(ties_of, tables["ties"]),
             partial(uncertain_of, tables["uncertain"]),
+            partial(stages_from, stages if isinstance(stages, list) else ()),
         )
     )
     return building

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import types
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import msgspec
+
+ROWS = (list, tuple, Sequence)  #: types of lists
 
 
 def faults(kind: Any, data: Any, path: str = "") -> list[str]:
@@ -106,7 +108,7 @@ def _parts(kind: Any, data: Any, path: str) -> Iterator[tuple[Any, Any, str]]:
                 yield get_args(table)[1], value, _under(path, key)
     elif isinstance(data, (list, tuple)) and (row := _alternative(kind, _is_row)) is not None:
         items = get_args(row)
-        same = get_origin(row) is list or items[-1] is Ellipsis
+        same = get_origin(row) is not tuple or items[-1] is Ellipsis
         if same or len(items) == len(data):
             for number, value in enumerate(data):
                 yield items[0] if same else items[number], value, f"{path}[{number}]"
@@ -130,7 +132,7 @@ def _is_table(kind: Any) -> bool:
 
 
 def _is_row(kind: Any) -> bool:
-    return get_origin(kind) in (list, tuple)
+    return get_origin(kind) in ROWS
 
 
 def _choices(kind: Any) -> tuple[Any, ...]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.geometry.triangulation import triangulate
 from blockstat.system.writing import check_directory, written_whole
 from blockstat.typing import Floats
@@ -94,6 +94,7 @@ def write_mechanism(
     )  # fmt: skip
 
 
+@known_options
 def write_motion(
     assembly: Assembly,
     path: str | Path,

@@ -23,7 +23,7 @@ from blockstat.io.parts import UNITS
 from blockstat.result import Result, listed, plain
 from blockstat.studies.directions import DIRECTIONS, DirectionalLimits, DirectionOutcome, limit_load_by_direction
 from blockstat.typing import Floats
-from blockstat.view.document import bullets, facts, figure, page, table
+from blockstat.view.document import CODE, MEANING, SOURCES, bullets, facts, figure, page, table
 from blockstat.view.plot import plot, plot_forces, plot_mechanism
 from blockstat.view.polar import plot_directions
 from blockstat.view.thrust_lines import plot_thrust
@@ -40,30 +40,10 @@ TONES = {
     "unstable": "bad", "falls": "bad", "stable_only_by_self_stress": "bad", "not_satisfied": "bad",
 }  # fmt: skip
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")  #: directions whose mechanisms are shown, beside the weakest
-MEANING = (
-    "Blocks are rigid and joints carry no tension unless a joint law says so. Stable by force fields alone means that "
-    "forces within every friction cone balance every block. This is necessary for rest and, with real friction, not "
-    "sufficient: such friction dilates, and blocks may jam each other on paper. Stable without dilatancy excludes "
-    "both. Unstable is proven by a mechanism. A multiplier is the horizontal acceleration in units of gravity, on all "
-    "free blocks, beside the loads named; it lies between two bounds that were checked without the solver."
-)
-SOURCES = (
-    "R. K. Livesley: Limit analysis of structures formed from rigid blocks. International Journal for Numerical "
-    "Methods in Engineering 12, 1978. The limit load as a program over forces and mechanisms.",
-    "J. Heyman: The stone skeleton. International Journal of Solids and Structures 2, 1966. The safe theorem for "
-    "masonry.",
-    "E. Whiting, J. Ochsendorf, F. Durand: Procedural modeling of structurally-sound masonry buildings. ACM "
-    "Transactions on Graphics 28, 2009. The score: the tension that is missing.",
-    "M. Gilbert, C. Casapulla, H. M. Ahmed: Limit analysis of masonry block structures with non-associative frictional "
-    "joints using linear programming. Computers & Structures 84, 2006. Limit loads without dilatancy.",
-    "G. De Saxce, Z.-Q. Feng: The bipotential method. Mathematical and Computer Modelling 28, 1998. The fixed point "
-    "behind the verdict without dilatancy.",
-)
-CODE = "Circolare 21 gennaio 2019, n. 7 C.S.LL.PP., C8.7.1.2.1, linear verification; NTC 2018, 3.2.3.2.1."
 
 
 @dataclass(frozen=True, eq=False)
-class Assessment:
+class Assessment(Result):
     """Everything that the report of an assembly shows."""
 
     associated: Verdict
@@ -85,6 +65,44 @@ class Assessment:
     def assembly(self) -> Assembly:
         """The blocks."""
         return self.associated.assembly
+
+    @property
+    def outcome(self) -> Outcome:
+        """The verdict by force fields alone."""
+        return self.associated.outcome
+
+    @property
+    def parts(self) -> tuple[tuple[str, Result | None], ...]:
+        """The answers by what they are of; None where none was asked for."""
+        return (
+            ("Force fields alone (associated friction)", self.associated),
+            ("Without dilatancy and self-stress (Coulomb friction)", self.coulomb),
+            ("Simulation (Bullet)", self.dynamic),
+            ("Limit load over the horizon", self.directions),
+            *((f"Code check towards {name}", check) for name, check in self.verified),
+        )
+
+    def explain(self) -> str:
+        """Return the verdict and each of the answers in words.
+
+        Returns
+        -------
+        str
+            The answers one after the other, each below what it is of.
+        """
+        told = [f"{title}\n{result.explain()}" for title, result in self.parts if result is not None]
+        return "\n\n".join([self.outcome.value, *told])
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Those of each answer by what it is of, beside the verdict and the warnings.
+        """
+        own = {"outcome": self.outcome.word, "sentence": self.outcome.value, "warnings": list(self.warnings)}
+        return own | {"answers": {title: found.summary() for title, found in self.parts if found is not None}}
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -286,11 +304,7 @@ def _law(law: dict[str, Any]) -> str:
 
 
 def _answers(found: Assessment) -> str:
-    rows: list[tuple[str, Any]] = [
-        ("Force fields alone (associated friction)", found.associated),
-        ("Without dilatancy and self-stress (Coulomb friction)", found.coulomb),
-        ("Simulation (Bullet)", found.dynamic),
-    ]
+    rows: tuple[tuple[str, Any], ...] = found.parts[:3]
     parts = []
     for title, result in rows:
         if result is None:

@@ -1,4 +1,4 @@
-"""Parts that all reports share: a self-contained page, tables and pictures, on a screen, a telephone and paper."""
+"""Parts that all reports share: texts, a self-contained page, tables and pictures, on screen, telephone and paper."""
 
 from __future__ import annotations
 
@@ -8,6 +8,26 @@ from html import escape
 from pathlib import Path
 
 KINDS = {".png": "image/png", ".svg": "image/svg+xml"}
+MEANING = (
+    "Blocks are rigid and joints carry no tension unless a joint law says so. Stable by force fields alone means that "
+    "forces within every friction cone balance every block. This is necessary for rest and, with real friction, not "
+    "sufficient: such friction dilates, and blocks may jam each other on paper. Stable without dilatancy excludes "
+    "both. Unstable is proven by a mechanism. A multiplier is the horizontal acceleration in units of gravity, on all "
+    "free blocks, beside the loads named; it lies between two bounds that were checked without the solver."
+)
+SOURCES = (
+    "R. K. Livesley: Limit analysis of structures formed from rigid blocks. International Journal for Numerical "
+    "Methods in Engineering 12, 1978. The limit load as a program over forces and mechanisms.",
+    "J. Heyman: The stone skeleton. International Journal of Solids and Structures 2, 1966. The safe theorem for "
+    "masonry.",
+    "E. Whiting, J. Ochsendorf, F. Durand: Procedural modeling of structurally-sound masonry buildings. ACM "
+    "Transactions on Graphics 28, 2009. The score: the tension that is missing.",
+    "M. Gilbert, C. Casapulla, H. M. Ahmed: Limit analysis of masonry block structures with non-associative frictional "
+    "joints using linear programming. Computers & Structures 84, 2006. Limit loads without dilatancy.",
+    "G. De Saxce, Z.-Q. Feng: The bipotential method. Mathematical and Computer Modelling 28, 1998. The fixed point "
+    "behind the verdict without dilatancy.",
+)
+CODE = "Circolare 21 gennaio 2019, n. 7 C.S.LL.PP., C8.7.1.2.1, linear verification; NTC 2018, 3.2.3.2.1."
 
 
 def page(title: str, body: Sequence[str]) -> str:

@@ -25,7 +25,7 @@ import numpy as np
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.contact.point_law import PointLaw, last_law, point_law
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.joint import JointLaw
 from blockstat.program.bonds import bonded
 from blockstat.typing import Floats
@@ -39,6 +39,7 @@ from dynsim.loads.loading import Constant
 ROUNDING = 1e-9
 
 
+@known_options
 def bonds_of(assembly: Assembly, *, interfaces: Interfaces | None = None) -> tuple[Action, ...]:
     """Return the actions that stand for the joint laws and the ties of an assembly.
 

@@ -18,7 +18,7 @@ from dynsim.comparison.table import Comparison, Comparisons
 from dynsim.engine.lmgc90 import import_lmgc90
 from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
 from dynsim.judge.verify import verify
-from dynsim.parallel.pool import Row, paired, run_many, with_options
+from dynsim.parallel.pool import Row, listed, paired, run_many, with_options
 from dynsim.settings import Settings
 
 
@@ -78,7 +78,7 @@ def compare(
     [('stable', 'stands')]
     """
     stated_length(gap)
-    designs = [assemblies] if isinstance(assemblies, Assembly) else list(assemblies)
+    designs = listed(assemblies)
     names = [design.name for design in designs]
     one = [interfaces] if isinstance(interfaces, Interfaces) else interfaces
     function = partial(

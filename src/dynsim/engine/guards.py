@@ -10,7 +10,7 @@ from math import ceil
 
 import numpy as np
 
-from blockstat.assembly import Assembly
+from blockstat.assembly import Assembly, check_supports
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats
@@ -46,8 +46,7 @@ def check_assembly(assembly: Assembly) -> None:
     InputError
         For a scene that it cannot; the message names the first block at fault.
     """
-    if not assembly.support.any():
-        raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
+    check_supports(assembly)
     if assembly.support.all():
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
     corner = np.repeat(np.arange(assembly.n_blocks), np.diff(assembly.vertex_start))

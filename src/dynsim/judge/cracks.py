@@ -11,6 +11,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.errors import known_options
 from blockstat.result import Result, Sentence
 from blockstat.typing import Floats, Ints
 
@@ -76,7 +77,7 @@ class Cracks(Result):
             One line of plain text.
         """
         rows = list(self.per_group().items())
-        text = ", ".join(f"{name or 'no group'} {count}" for name, count in rows[:limit])
+        text = ", ".join(f"{f'{name} {count}' if name else f'{count} without a group'}" for name, count in rows[:limit])
         more = f" and {len(rows) - limit} more groups" if len(rows) > limit else ""
         count = f"Cracks: {self.n_cracks} of {len(self.pair)} joints"
         return f"{count} ({text}{more})." if rows else f"{count}."
@@ -98,6 +99,7 @@ class Cracks(Result):
         }
 
 
+@known_options
 def find_cracks(
     assembly: Assembly,
     before: tuple[Floats, Floats],
@@ -130,6 +132,7 @@ def find_cracks(
 
     Examples
     --------
+    >>> import numpy as np
     >>> from blockstat import Assembly, box
     >>> from dynsim import find_cracks
     >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.errors import known_options
 from blockstat.studies.directions import horizontal
 from blockstat.typing import Floats, Ints
 
@@ -74,6 +75,7 @@ def courses(assembly: Assembly) -> float:
     return float(((highest - lowest) / mean).max())
 
 
+@known_options
 def drops(assembly: Assembly, displacement: Floats) -> Floats:
     """Return how far each block went down (Eq. 2).
 
@@ -91,6 +93,7 @@ def drops(assembly: Assembly, displacement: Floats) -> Floats:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from blockstat import Assembly, box
     >>> from dynsim import drops
     >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
@@ -101,6 +104,7 @@ def drops(assembly: Assembly, displacement: Floats) -> Floats:
     return displacement @ (assembly.gravity / np.linalg.norm(assembly.gravity))
 
 
+@known_options
 def group_box_centre(assembly: Assembly, blocks: Ints, displacement: Floats, rotation: Floats) -> Floats:
     """Return the centre of the bounding box of some blocks as they lie now (Eq. 1).
 
@@ -122,6 +126,7 @@ def group_box_centre(assembly: Assembly, blocks: Ints, displacement: Floats, rot
 
     Examples
     --------
+    >>> import numpy as np
     >>> from blockstat import Assembly, box
     >>> from dynsim import group_box_centre
     >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]

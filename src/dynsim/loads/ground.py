@@ -217,6 +217,7 @@ class Record(Ground):
 
     Examples
     --------
+    >>> import numpy as np
     >>> from dynsim import Record
     >>> shake = Record(np.array([0.0, 1.0, 2.0]), np.array([[0.0, 0, 0], [2.0, 0, 0], [0.0, 0, 0]]))
     >>> shake.end, shake.at(0.5).tolist()

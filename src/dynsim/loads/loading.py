@@ -99,7 +99,7 @@ class Tilt:
 
         axis = np.asarray(self.axis, dtype=float) / np.linalg.norm(self.axis)
         gravity = world.assembly.gravity
-        turned = Rotation.from_rotvec(np.deg2rad(self.angle(time)) * axis).apply(gravity)
+        turned = Rotation.from_rotvec(np.deg2rad(self.angle(time)) * axis).apply(np.array(gravity))
         world.drive(self, turned - gravity)
 
 
@@ -355,6 +355,7 @@ class Constant:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from dynsim import Constant
     >>> Constant((1.0, 0, 0)).each_step, Constant(np.zeros((2, 6))).each_step
     (False, True)

@@ -14,11 +14,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
-from blockstat.errors import InputError, check_count, check_positive, known_options
+from blockstat.errors import InputError, check_assembly, check_count, check_positive, known_options
 from dynsim.engine.world import Action
 from dynsim.judge.verdict import DynamicVerdict
 from dynsim.judge.verify import verify
@@ -108,11 +108,36 @@ def verify_many(
     """
     if isinstance(designs, Assembly):
         raise InputError("designs: one assembly is given; verify_many takes a sequence of them, verify one")
-    designs, settings = list(designs), Settings.of(settings)
+    designs, settings = listed(designs), Settings.of(settings)
     names = [design.name for design in designs]
     function = partial(with_options, partial(verify, settings=settings, loads=loads, actions=as_actions(actions)))
     tasks = paired(designs, interfaces)
     return run_many(function, tasks, names=names, jobs=jobs, timeout=timeout, progress=progress)
+
+
+def listed(designs: Assembly | Iterable[Assembly]) -> list[Assembly]:
+    """Return one assembly or several as a list.
+
+    Parameters
+    ----------
+    designs : Assembly or iterable of Assembly
+        What was given.
+
+    Returns
+    -------
+    list of Assembly
+        In their order.
+
+    Raises
+    ------
+    InputError
+        For anything else.
+    """
+    several = isinstance(designs, Iterable) and not isinstance(designs, str)
+    found: list[Any] = list(cast(Iterable[Any], designs)) if several else [designs]
+    for number, design in enumerate(found):
+        check_assembly(f"assembly {number}" if several else "assembly", design)
+    return found
 
 
 def paired(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.contact.tolerance import allowed_gap, mean_thickness
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.common_ball import convex_depths, lies_inside, piece_depths
 from blockstat.geometry.convexity import protrusions, surface_stays_out
@@ -160,6 +160,7 @@ def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
     return f'{len(pairs)} pairs of blocks overlap, the worst "{a}" and "{b}" by {depth[worst]:.2g} m'
 
 
+@known_options
 def overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) -> tuple[Ints, Floats]:
     """Find pairs of blocks that overlap.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from blockstat.assembly import Block
-from blockstat.errors import InputError
+from blockstat.errors import InputError, with_article
 from blockstat.model.arches.profile import at_least, half_joints, number_of, positive, profile, whole_joints
 from blockstat.model.quantities import Count, Length, Size
 from blockstat.model.solids import prism
@@ -64,6 +64,7 @@ def arch(
 
     Examples
     --------
+    >>> from blockstat.model import arch
     >>> [block.name for block in arch(span=2.0, thickness=0.3, depth=0.5, voussoirs=3)]
     ['arch.0', 'arch.1', 'arch.2']
     """
@@ -164,7 +165,9 @@ def rib(
     half = profile(shape, span, rise)
     number = number_of(voussoirs, voussoir, 2 * half.length, even=half.crown_joint)
     if half.crown_joint and number % 2:
-        raise InputError(f"voussoirs is {number}; a {shape} profile has a joint at the crown and needs an even number")
+        raise InputError(
+            f"voussoirs is {number}; {with_article(shape)} profile has a joint at the crown and needs an even number"
+        )
     joints = half.joints(2 * np.arange(number // 2 + 1) / number, -thickness)[:, ::-1]
     if not ((np.diff(joints[:, 0, 0]) < 0).all() and (np.diff(joints[:, 0, 1]) > 0).all() and joints[0, 0, 0] > 0):
         raise InputError(f"thickness is {thickness!r}; a rib under a curve of {span:g} m must be thinner [m]")

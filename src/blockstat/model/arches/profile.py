@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from blockstat.errors import InputError, check_choice, check_count
+from blockstat.errors import InputError, check_choice, check_count, with_article
 from blockstat.typing import Floats
 
 Shape = Literal["semicircular", "segmental", "horseshoe", "pointed", "elliptic"]
@@ -117,11 +117,12 @@ def profile(shape: str, span: float, rise: float | None = None) -> Profile:
             raise InputError(f"rise is {rise!r}; that of a semicircular profile is span / 2 = {half:g} m")
         return _arc((0.0, 0.0), half, 0.0, math.pi / 2)
     if rise is None:
-        raise InputError(f"rise is missing; a {shape} profile needs one [m]")
+        raise InputError(f"rise is missing; {with_article(shape)} profile needs one [m]")
     positive(rise=rise)
     low, high = {"segmental": (0.0, half), "elliptic": (0.0, math.inf)}.get(shape, (half, math.inf))
     if not low < rise < high:
-        raise InputError(f"rise is {rise!r}; over {span:g} m a {shape} profile has one between {low:g} and {high:g} m")
+        allowed = f"between {low:g} and {high:g} m" if math.isfinite(high) else f"above {low:g} m"
+        raise InputError(f"rise is {rise!r}; over {span:g} m {with_article(shape)} profile has one {allowed}")
     if shape == "elliptic":
         return _ellipse(half, rise)
     if shape == "pointed":
@@ -216,7 +217,7 @@ def half_joints(shape: str, span: float, rise: float | None, thickness: float, v
     half = profile(shape, span, rise)
     if half.crown_joint and voussoirs % 2:
         raise InputError(
-            f"voussoirs is {voussoirs}; a {shape} profile has a joint at the crown and needs an even number"
+            f"voussoirs is {voussoirs}; {with_article(shape)} profile has a joint at the crown and needs an even number"
         )
     if shape == "horseshoe" and kind == "vertical":
         raise InputError("joints is 'vertical'; a horseshoe profile has radial joints only")

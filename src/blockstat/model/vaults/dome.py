@@ -67,6 +67,7 @@ def dome(
 
     Examples
     --------
+    >>> from blockstat.model import dome
     >>> len(dome(span=4.0, thickness=0.3, rings=3, voussoirs=8))  # and a keystone
     25
     """

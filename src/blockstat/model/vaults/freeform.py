@@ -104,6 +104,7 @@ def freeform(
 
     Examples
     --------
+    >>> from blockstat.model import freeform, height_field
     >>> points = height_field(lambda x, y: 2.0 - y**2 / 4, x=(-1, 1), y=(-2, 2), courses=4, voussoirs=2)
     >>> [block.name for block in freeform(points, thickness=0.2)][:3]
     ['vault.0.0', 'vault.0.1', 'vault.1.0']

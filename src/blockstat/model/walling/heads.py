@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from blockstat.errors import InputError, InputWarning
+from blockstat.errors import InputError, InputWarning, with_article
 from blockstat.geometry import clipping as clip
 from blockstat.model.arches.profile import at_least, half_joints, positive, profile, whole_joints
 from blockstat.model.walling.row import Gap
@@ -92,9 +92,9 @@ def centres(opening: Opening, strip: Strip, label: str) -> list[float]:
     length = strip.axis.length
     if opening.at is None:
         if opening.number * opening.width > length * (1 - 1e-9):
-            raise InputError(
-                f"{label}: {opening.number} openings of {opening.width:.3g} m width do not fit {length:.3g} m of wall"
-            )
+            what = "an opening" if opening.number == 1 else f"{opening.number} openings"
+            fit = f"{'does' if opening.number == 1 else 'do'} not fit {length:.3g} m of wall"
+            raise InputError(f"{label}: {what} of {opening.width:.3g} m width {fit}")
         return spaced(length, opening.number)
     places = [float(s) for s in opening.at]
     if not all(0 < s < length for s in places):
@@ -153,8 +153,8 @@ def _spanning(
     if chain is None or stones is None:
         deep = "" if opening.depth is None else f" of {opening.depth:g} m depth"
         raise InputError(
-            f"{label}: sill and height reach {levels[0]:.3g} m; a {opening.head} head{deep} over it reaches above the "
-            f"wall of {levels[-1]:.3g} m"
+            f"{label}: sill and height reach {levels[0]:.3g} m; {with_article(opening.head)} head{deep} over it "
+            f"reaches above the wall of {levels[-1]:.3g} m"
         )
     if opening.head == "lintel" and opening.depth is not None:
         asked, built = (levels[0], levels[0] + opening.depth), (levels[0], levels[0] + chain[-1, 1])

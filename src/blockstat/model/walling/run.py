@@ -11,7 +11,7 @@ from typing import Literal
 
 import msgspec
 
-from blockstat.errors import InputError, check_choice
+from blockstat.errors import InputError, check_choice, with_article
 from blockstat.model.arches.profile import at_least, positive
 from blockstat.model.quantities import Count, Ends, Length, Number, Size, Two
 
@@ -190,7 +190,7 @@ def check_opening(label: str, opening: Opening) -> None:
     for key, allowed in of_heads.items():
         if getattr(opening, key) is not None and opening.head not in allowed:
             raise InputError(
-                f"{label}: {key} says nothing about a {opening.head} head; it is for: {', '.join(allowed)}"
+                f"{label}: {key} says nothing about {with_article(opening.head)} head; it is for: {', '.join(allowed)}"
             )
 
 

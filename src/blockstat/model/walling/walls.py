@@ -67,6 +67,7 @@ def walls(
 
     Examples
     --------
+    >>> from blockstat.model import Run, walls
     >>> run = Run(name="south", path=[(0, 0), (2, 0)], thickness=0.3, height=0.5)
     >>> [block.name for block in walls(run)][:2]
     ['wall.south.0.0', 'wall.south.0.1']

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.analysis.verdict import Outcome
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.view.animation import write_motion
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ BEGINS, LARGEST, ENDS = 0.3, 0.8, 0.9
 SHOWN = 0.3
 
 
+@known_options
 def write_plan_film(assembly: Assembly, found: PlanVerdict, path: str | Path, *, seconds: float = 1.0) -> Path:
     """Write the steps of a plan as an animated GLB.
 

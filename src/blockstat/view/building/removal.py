@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.errors import known_options
 from blockstat.typing import Floats
 from blockstat.view.plot import Place, plot
 
@@ -44,6 +45,7 @@ def weight_lost(assembly: Assembly, found: dict[str, Verdict]) -> Floats:
     return lost
 
 
+@known_options
 def plot_removal(assembly: Assembly, found: dict[str, Verdict], place: Place, **options: Any) -> Place:
     """Draw each block in the colour of the weight that falls with it when it is taken out.
 

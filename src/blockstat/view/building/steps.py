@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.analysis.verdict import Outcome
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.typing import Floats, Ints
 from blockstat.view.painter import posed, view_of, visible
 from blockstat.view.plot import STONE, SUPPORT, fresh_figure, save_figure
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 HELD, FALLS = (0.0, 0.447, 0.698), (0.835, 0.369, 0.0)
 
 
+@known_options
 def plot_plan(
     assembly: Assembly,
     found: PlanVerdict,

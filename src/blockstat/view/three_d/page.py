@@ -7,7 +7,7 @@ from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.typing import Floats
 from blockstat.view.painter import posed
 from blockstat.view.plot import extent, mechanism_pose
@@ -198,6 +198,7 @@ class Inline:
         return self.html
 
 
+@known_options
 def show(
     assembly: Assembly, verdict: Verdict | None = None, *, choice: str = "verdict", forces: bool = False,
     height: int = HEIGHT,
