@@ -14,9 +14,7 @@ GROUND = box((-3, -3, -3), (4, 3, 0), name="ground")
 def slab(height, friction, tie):
     """A slab of 2 m x 1 m on the ground, under a ceiling, with a tie or a strut, and its weight."""
     blocks = [GROUND, box((0, 0, 0), (2, 1, height), name="s"), box((-3, -3, 3), (4, 3, 4), name="ceiling")]
-    tied = Assembly.from_blocks(
-        blocks, supports=["ground", "ceiling"], friction=friction, density=DENSITY, ties=[tie]
-    )
+    tied = Assembly.from_blocks(blocks, supports=["ground", "ceiling"], friction=friction, density=DENSITY, ties=[tie])
     return tied, 2 * height * DENSITY * G
 
 

@@ -19,7 +19,11 @@ from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
 from blockstat.large_displacement.displaced.pose import displaced_assembly
 from blockstat.large_displacement.linkage.after_event import AfterEvent
-from blockstat.large_displacement.linkage.event_location import first_kinematic_event, loss_of_equilibrium, reversal_of_tie
+from blockstat.large_displacement.linkage.event_location import (
+    first_kinematic_event,
+    loss_of_equilibrium,
+    reversal_of_tie,
+)
 from blockstat.large_displacement.linkage.path import FindMechanism, PathEnd, PathEvent, PathPoint, PathState
 from blockstat.large_displacement.linkage.root_finding import NoRootError
 from blockstat.large_displacement.linkage.state_solver import StateSolver
