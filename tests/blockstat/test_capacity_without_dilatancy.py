@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Tie, box, capacity
+from blockstat import Assembly, InputError, Tie, acceleration, box, capacity
+from blockstat.contact.interfaces import find_interfaces
+from blockstat.large_displacement.self_stress import warning_of_self_stress
 
 DENSITY = 2000.0
 G = 9.81
@@ -51,3 +53,43 @@ def test_a_tie_that_only_dilatancy_would_lengthen_pulls_nothing(greatest):
     np.testing.assert_allclose(curve.lower, 0.9, rtol=1e-6)
     assert (curve.upper >= curve.lower).all()
     assert len(curve.points) < 12
+
+
+def slot(*fixed):
+    """A block in a slot between two free walls on the ground, all of weight 1 per 0.4 m3, with friction 1/2."""
+    walls = [box((x, -1, 0), (x + 1, 3, 1), name=name) for x, name in ((-1, "left"), (1, "right"))]
+    blocks = [box((-4, -3, -1), (5, 6, 0), name="ground"), box((0, 0, 0), (1, 1, 0.4), name="s"), *walls]
+    return Assembly.from_blocks(blocks, supports=["ground", *fixed], friction=0.5, density=DENSITY)
+
+
+@pytest.mark.parametrize("fixed", [(), ("left",)], ids=["free walls", "one wall fixed"])
+def test_walls_that_nothing_presses_hold_no_block_in_their_slot(fixed):
+    """The block slides out on the ground alone, at mu. Dilatancy would push the walls aside."""
+    weight = 0.4 * DENSITY * G
+    curve = capacity(slot(*fixed), [("s", (0.5, 0, 0.05), (0, weight, 0))], control="s", displacement=0.4, steps=4)
+    assert curve.outcome.word == "reached"
+    np.testing.assert_allclose(curve.lower, 0.5, rtol=1e-4)
+    assert not any("self-stress" in warning for warning in curve.warnings)
+    # Associated flow: the walls weigh 4 / .4 = 10 times the block, and slide at 1/2 on the ground.
+    assert curve.upper[0] > 1.0
+
+
+def test_a_curve_without_a_mechanism_says_what_friction_without_dilatancy_carries():
+    """Between a floor and a ceiling a slab slides at mu, where joints that open as they slide lock it."""
+    blocks = [GROUND, box((0, 0, 0), (2, 1, 0.4), name="s"), box((-3, -3, 0.4), (4, 3, 1), name="ceiling")]
+    locked = Assembly.from_blocks(blocks, supports=["ground", "ceiling"], friction=0.5, density=DENSITY)
+    with pytest.raises(InputError, match=r"self-stress limit_load.* finds that 0\.499\d* to 0\.5 is carried"):
+        capacity(locked, ALONG, control="s")
+    with pytest.raises(InputError, match=r"no mechanism to follow$"):
+        capacity(locked, ALONG, control="s", flow="associated")
+
+
+@pytest.mark.parametrize(("multiplier", "told"), [(0.5, False), (0.9, True)])
+def test_a_multiplier_that_only_self_stress_holds_is_told(multiplier, told):
+    """Whatever a curve begins with: the slab between floor and ceiling carries mu without self-stress."""
+    blocks = [GROUND, box((0, 0, 0), (2, 1, 0.4), name="s"), box((-3, -3, 0.4), (4, 3, 1), name="ceiling")]
+    locked = Assembly.from_blocks(blocks, supports=["ground", "ceiling"], friction=0.5, density=DENSITY)
+    load = acceleration(locked, ALONG)
+    found = warning_of_self_stress(locked, load, 0 * load, find_interfaces(locked), "auto", multiplier)
+    assert bool(found) is told
+    assert not told or "self-stress 0.4999 to 0.5 is carried at rest; this curve begins at 0.9" in found[0]

@@ -29,6 +29,7 @@ from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_res
 from blockstat.large_displacement.linkage.parts import part_that_moves_control
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.self_stress import carried_without_self_stress, warning_of_self_stress
 from blockstat.large_displacement.statics.limit_state import associated_multiplier, limit_state
 from blockstat.result import listed
 from blockstat.solve.dispatch import CHOICES
@@ -142,7 +143,7 @@ def capacity(
     start = rest_pose(assembly)
     dead, live = read_loads(assembly, loads), read_loads(assembly, load, live=True)
     wrenches = live.wrenches(assembly), dead.wrenches(assembly)
-    limit = _checked_limit_load(assembly, *wrenches, gap, interfaces, solver)
+    limit = _checked_limit_load(assembly, *wrenches, gap, interfaces, solver, flow)
     moved = read_control(limit, live, control)
     structure, origin = structure_about_middle(limit.assembly, limit.interfaces, dead, live, solver)
     near = control_about(moved, origin)
@@ -155,6 +156,10 @@ def capacity(
     if not record.points:
         raise InputError(f'"{assembly.name}": the mechanism of the limit load cannot be followed from rest')
     all_move, equal = _equal_parts(record, limit, linkage.left_at_rest)
+    told = [*moved_with_centroids(assembly, {"load": load, "loads": loads}), *equal]
+    if record.outcome is not CapacityOutcome.INTERRUPTED and _may_hold_by_self_stress(linkage):
+        own = (limit.assembly, *wrenches, limit.interfaces, solver)
+        told += warning_of_self_stress(*own, record.points[0].lower)
     seconds = {"limit": limit.timings["total"], "total": process_time() - began}
     return CapacityCurve(
         outcome=record.outcome,
@@ -162,18 +167,31 @@ def capacity(
         events=tuple(record.events),
         control=moved.name,
         limit=limit if all_move else begun,
-        warnings=_warnings(record, limit, [*moved_with_centroids(assembly, {"load": load, "loads": loads}), *equal]),
+        warnings=_warnings(record, limit, told),
         timings=seconds,
     )
 
 
 def _checked_limit_load(
-    assembly: Assembly, live: Floats, dead: Floats, gap: float | str, interfaces: Interfaces | None, solver: str
+    assembly: Assembly,
+    live: Floats,
+    dead: Floats,
+    gap: float | str,
+    interfaces: Interfaces | None,
+    solver: str,
+    flow: str,
 ) -> LimitLoad:
     """The limit load, if it has a mechanism that can be followed."""
     limit = limit_load(assembly, live, loads=dead, gap=gap, interfaces=interfaces, solver=solver)
     if limit.outcome is LoadOutcome.UNBOUNDED:
-        raise InputError(f'"{assembly.name}" carries any multiple of the load: no mechanism to follow')
+        told, own = "", (limit.assembly, live, dead, limit.interfaces, solver)
+        found = carried_without_self_stress(*own) if flow == "coulomb" else None
+        if found is not None and np.isfinite(found[1]):
+            told = (
+                ", as joints that open as they slide wedge the blocks. Without dilatancy and self-stress "
+                f'limit_load(flow="coulomb") finds that {found[0]:.4g} to {found[1]:.4g} is carried'
+            )
+        raise InputError(f'"{assembly.name}" carries any multiple of the load: no mechanism to follow{told}')
     if limit.outcome is not LoadOutcome.LIMIT:
         raise InputError(f'"{assembly.name}": no limit load to start from. {limit.outcome.value}')
     if reason := why_not_followed(limit.assembly, limit.interfaces):
@@ -194,6 +212,11 @@ def _linkage_that_begins(
     alone = replace(limit, mechanism=unit_motion(limit.assembly, motion), upper=max(limit.upper, own))
     linkage = linkage_at_rest(structure, alone.mechanism, control, associated=associated)
     return replace(linkage, left_at_rest=left), alone
+
+
+def _may_hold_by_self_stress(linkage: Linkage) -> bool:
+    """Whether joints slide without opening where a curve begins, or ties hold it back."""
+    return not linkage.associated and (linkage.slides_with_friction or bool(linkage.assembly.ties))
 
 
 def _equal_parts(record: _Record, limit: LimitLoad, left: Ints) -> tuple[bool, list[str]]:
