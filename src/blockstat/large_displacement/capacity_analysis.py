@@ -31,6 +31,7 @@ from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathSt
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.self_stress import carried_without_self_stress, warning_of_self_stress
 from blockstat.large_displacement.statics.limit_state import associated_multiplier, limit_state
+from blockstat.large_displacement.strength import warning_of_strength
 from blockstat.result import listed
 from blockstat.solve.dispatch import CHOICES
 from blockstat.typing import Floats, Ints
@@ -156,7 +157,11 @@ def capacity(
     if not record.points:
         raise InputError(f'"{assembly.name}": the mechanism of the limit load cannot be followed from rest')
     all_move, equal = _equal_parts(record, limit, linkage.left_at_rest)
-    told = [*moved_with_centroids(assembly, {"load": load, "loads": loads}), *equal]
+    told = [
+        *warning_of_strength(structure, record.states),
+        *moved_with_centroids(assembly, {"load": load, "loads": loads}),
+        *equal,
+    ]
     if record.outcome is not CapacityOutcome.INTERRUPTED and _may_hold_by_self_stress(linkage):
         own = (limit.assembly, *wrenches, limit.interfaces, solver)
         told += warning_of_self_stress(*own, record.points[0].lower)

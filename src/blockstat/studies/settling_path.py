@@ -24,6 +24,7 @@ from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_res
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.statics.settling_state import settling_state
+from blockstat.large_displacement.strength import warning_of_strength
 from blockstat.program.ties import bearing_ties, tied_pairs
 from blockstat.result import Result, Sentence, plain
 from blockstat.studies.foundations import Settlement, settle
@@ -368,7 +369,8 @@ def _path(
 ) -> SettlementPath:
     if not states:
         raise InputError(f'"{first.assembly.name}": the blocks are jammed between the moving supports')
-    warnings = [*first.warnings, *warnings_on_steps(states, structure.assembly)]
+    warnings = [*first.warnings, *warning_of_strength(structure, states)]
+    warnings += warnings_on_steps(states, structure.assembly)
     return SettlementPath(
         outcome=outcome,
         first=first,
