@@ -93,3 +93,19 @@ def test_a_multiplier_that_only_self_stress_holds_is_told(multiplier, told):
     found = warning_of_self_stress(locked, load, 0 * load, find_interfaces(locked), "auto", multiplier)
     assert bool(found) is told
     assert not told or "self-stress 0.4999 to 0.5 is carried at rest; this curve begins at 0.9" in found[0]
+
+
+def test_where_any_joint_of_a_stack_may_slide_the_top_one_takes_it_all():
+    """Three blocks of 1 m x 1 m x .5 m and friction .2: each joint slides at .2, and so do all together.
+
+    The top block alone slides until its weight and the push .2 meet at the edge, at 1 - .5 - .25 x .2, and tips. That
+    needs no push when its centre is at the edge, at .5. Two blocks on the third would tip at .4.
+    """
+    blocks = [box((-3, -3, -1), (3, 3, 0), name="ground")]
+    blocks += [box((0, 0, 0.5 * k), (1, 1, 0.5 * k + 0.5), name=f"b{k}") for k in range(3)]
+    stack = Assembly.from_blocks(blocks, supports=["ground"], friction=0.2, density=DENSITY)
+    curve = capacity(stack, ALONG, control="b2", steps=8)
+    assert curve.outcome.word == "zero"
+    assert curve.displacement[-1] == pytest.approx(0.5, rel=1e-6)
+    assert curve.displacement[curve.upper > 0.2 - 1e-6].max() == pytest.approx(0.45, rel=1e-4)
+    assert any('"b0" and "b1", "b1" and "b2". Followed is the slip of "b1" and "b2" alone' in w for w in curve.warnings)

@@ -28,6 +28,7 @@ from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.parts import part_that_moves_control
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
+from blockstat.large_displacement.linkage.shared_slip import joint_that_slides_alone
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.self_stress import carried_without_self_stress, warning_of_self_stress
 from blockstat.large_displacement.statics.limit_state import associated_multiplier, limit_state
@@ -150,14 +151,18 @@ def capacity(
     near = control_about(moved, origin)
     linkage, begun = _linkage_that_begins(structure, limit, near, associated=flow == "associated")
     states = StateSolver(structure, structure.multiplier)
-    first = states.first(linkage, start, begun.mechanism)
+    alone = joint_that_slides_alone(states, linkage, start, begun.mechanism)
+    linkage, motion = (linkage, begun.mechanism) if alone is None else alone[:2]
+    first = states.first(linkage, start, motion)
     step = _first_step(states, first, limit.assembly, displacement or np.inf, steps)
+    step = step if alone is None else alone.step(step)
     follower = LinkageFollower(states, _mechanism_of_limit_load, displacement or np.inf, step, tolerance)
-    record = _followed(follower, linkage, start, begun, first, steps, progress, each)
+    record = _followed(follower, linkage, start, motion, begun, first, steps, progress, each)
     if not record.points:
         raise InputError(f'"{assembly.name}": the mechanism of the limit load cannot be followed from rest')
     all_move, equal = _equal_parts(record, limit, linkage.left_at_rest)
     told = [
+        *([] if alone is None else [alone.told]),
         *warning_of_strength(structure, record.states),
         *moved_with_centroids(assembly, {"load": load, "loads": loads}),
         *equal,
@@ -280,6 +285,7 @@ def _followed(
     follower: LinkageFollower,
     linkage: Linkage,
     pose: Pose,
+    motion: Floats,
     limit: LimitLoad,
     first: PathState | None,
     steps: int,
@@ -290,7 +296,7 @@ def _followed(
     record = _Record()
     tell = each or (lambda _: None)
     try:
-        for item in follow_path(follower, linkage, pose, limit.mechanism, first, change=1.0 / steps):
+        for item in follow_path(follower, linkage, pose, motion, first, change=1.0 / steps):
             if isinstance(item, FallenBlocks):
                 record.fallen.append(item)
                 tell(item)
