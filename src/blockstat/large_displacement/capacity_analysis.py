@@ -28,9 +28,9 @@ from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.parts import part_that_moves_control
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
-from blockstat.large_displacement.linkage.shared_slip import joint_that_slides_alone
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.self_stress import carried_without_self_stress, warning_of_self_stress
+from blockstat.large_displacement.shared_slip import joint_that_slides_alone
 from blockstat.large_displacement.statics.limit_state import associated_multiplier, limit_state
 from blockstat.large_displacement.strength import warning_of_strength
 from blockstat.result import listed

@@ -22,8 +22,8 @@ from blockstat.large_displacement.finite_steps.whole_path import follow_path, pa
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
-from blockstat.large_displacement.linkage.shared_slip import joint_that_slides_alone
 from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.shared_slip import joint_that_slides_alone
 from blockstat.large_displacement.statics.settling_state import settling_state
 from blockstat.large_displacement.strength import warning_of_strength
 from blockstat.program.ties import bearing_ties, tied_pairs
