@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blockstat import InputError, JointLaw, capacity, nonlinear_check
+from blockstat import Assembly, InputError, JointLaw, capacity, nonlinear_check
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent
 from evidence.dynamics.capacity import portal
@@ -258,3 +258,36 @@ def test_a_path_whose_end_is_not_found_is_lost(monkeypatch):
     curve = capacity(block(), ALONG, control="block", steps=10, displacement=0.2)
     assert curve.displacement[-1] < 0.2 - 1e-3
     assert curve.outcome.word == "lost"
+
+
+MORTAR = [{"tension": 3e3}, {"cohesion": 1e3}, {"bond": 2e3}]
+
+
+def mortared(law):
+    """A slab of 1 m x 1 m x .4 m on mortar of a strength on the ground, friction .3."""
+    blocks = [box((-3, -3, -1), (4, 3, 0), name="ground"), box((0, 0, 0), (1, 1, 0.4), name="s")]
+    joints = [JointLaw(("*", "*"), friction=0.3, **law)]
+    return Assembly.from_blocks(blocks, supports=["ground"], friction=0.3, density=2000.0, joints=joints)
+
+
+@pytest.mark.parametrize("law", MORTAR, ids=str)
+def test_a_joint_that_dilates_loses_its_strength_as_it_slides(law):
+    """With associated flow it is open by .3 of the slip: friction alone is left, .3 of the weight."""
+    curve = capacity(mortared(law), ALONG, control="s", steps=3, displacement=0.6, flow="associated")
+    np.testing.assert_allclose(curve.lower, 0.3, rtol=1e-6)
+    np.testing.assert_allclose(curve.upper[1:], 0.3, rtol=1e-6)
+    assert curve.upper[0] > 0.37
+    assert curve.warnings == ()
+
+
+@pytest.mark.parametrize("law", MORTAR, ids=str)
+def test_strength_that_counts_although_its_joint_has_slid_is_told(law):
+    """Without dilatancy the joint stays shut, and so the cohesion of 1 kN, beside .3 of 7848 N, counts to the end."""
+    curve = capacity(mortared(law), ALONG, control="s", steps=3, displacement=0.6)
+    expected = 0.3 + {"tension": 0.3 * 3e3, "cohesion": 1e3, "bond": 0.3 * 2e3}[next(iter(law))] / (0.4 * 2000 * 9.81)
+    np.testing.assert_allclose(curve.lower, expected, rtol=1e-5)
+    (warning,) = curve.warnings
+    assert "slid by up to 600 mm counts in full" in warning
+    assert '"ground" and "s"' in warning
+    dry = capacity(mortared({}), ALONG, control="s", steps=3, displacement=0.6)
+    assert dry.warnings == ()

@@ -451,3 +451,30 @@ def test_a_leaning_block_falls_when_the_tie_that_holds_it_reaches_its_strength(s
     turn = brentq(lambda turn: held(turn)[0] - share, 0, 1)
     found = settle_to_collapse(scene, {"wall": (1, 0, 0)}, displacement=2.0)
     assert found.collapse == pytest.approx(held(turn)[1], rel=1e-4)
+
+
+def on_two_piers(left, right, **options):
+    """A lintel of 2.2 m on a bearing of each of two piers, of which the right one moves away, friction .6."""
+    ends = {"left": ((-0.5, 0, 0), (left, 1, 2)), "right": ((2.2 - right, 0, 0), (2.7, 1, 2))}
+    ends["lintel"] = ((0, 0, 2), (2.2, 1, 2.4))
+    blocks = [box(*corners, name=name, group=name) for name, corners in ends.items()]
+    return Assembly.from_blocks(blocks, supports=["left", "right"], friction=0.6, density=2000.0, **options)
+
+
+@pytest.mark.parametrize(("left", "right"), [(0.3, 0.4), (0.05, 0.2), (0.2, 0.2), (0.4, 0.15)])
+def test_a_lintel_may_slide_on_its_shorter_bearing_alone(left, right):
+    """It falls when that is used up. Were the slip shared, it would fall at twice the shorter bearing."""
+    path = settle_to_collapse(on_two_piers(left, right), {"right": (1, 0, 0)}, steps=12)
+    assert path.collapse == pytest.approx(min(left, right), rel=1e-3)
+    (shared, *_) = path.warnings
+    assert 'by several joints in any way: "left" and "lintel", "right" and "lintel"' in shared
+    if left != right:
+        assert f'the slip of "{"left" if left < right else "right"}" and "lintel" alone' in shared
+
+
+def test_a_lintel_slides_where_it_is_smoother():
+    """Friction .2 on the right: it slides there alone, over .4 m. The left pier carries .7 / 1.1 as much at least."""
+    smoother = on_two_piers(0.3, 0.4, joints=[JointLaw(("right", "lintel"), friction=0.2)])
+    path = settle_to_collapse(smoother, {"right": (1, 0, 0)}, steps=12)
+    assert path.collapse == pytest.approx(0.4, rel=1e-3)
+    assert not any("several joints" in warning for warning in path.warnings)

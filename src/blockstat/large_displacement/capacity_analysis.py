@@ -29,7 +29,10 @@ from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_res
 from blockstat.large_displacement.linkage.parts import part_that_moves_control
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.self_stress import carried_without_self_stress, warning_of_self_stress
+from blockstat.large_displacement.shared_slip import joint_that_slides_alone
 from blockstat.large_displacement.statics.limit_state import associated_multiplier, limit_state
+from blockstat.large_displacement.strength import warning_of_strength
 from blockstat.result import listed
 from blockstat.solve.dispatch import CHOICES
 from blockstat.typing import Floats, Ints
@@ -142,19 +145,31 @@ def capacity(
     start = rest_pose(assembly)
     dead, live = read_loads(assembly, loads), read_loads(assembly, load, live=True)
     wrenches = live.wrenches(assembly), dead.wrenches(assembly)
-    limit = _checked_limit_load(assembly, *wrenches, gap, interfaces, solver)
+    limit = _checked_limit_load(assembly, *wrenches, gap, interfaces, solver, flow)
     moved = read_control(limit, live, control)
     structure, origin = structure_about_middle(limit.assembly, limit.interfaces, dead, live, solver)
     near = control_about(moved, origin)
     linkage, begun = _linkage_that_begins(structure, limit, near, associated=flow == "associated")
     states = StateSolver(structure, structure.multiplier)
-    first = states.first(linkage, start, begun.mechanism)
+    alone = joint_that_slides_alone(states, linkage, start, begun.mechanism)
+    linkage, motion = (linkage, begun.mechanism) if alone is None else alone[:2]
+    first = states.first(linkage, start, motion)
     step = _first_step(states, first, limit.assembly, displacement or np.inf, steps)
+    step = step if alone is None else alone.step(step)
     follower = LinkageFollower(states, _mechanism_of_limit_load, displacement or np.inf, step, tolerance)
-    record = _followed(follower, linkage, start, begun, first, steps, progress, each)
+    record = _followed(follower, linkage, start, motion, begun, first, steps, progress, each)
     if not record.points:
         raise InputError(f'"{assembly.name}": the mechanism of the limit load cannot be followed from rest')
     all_move, equal = _equal_parts(record, limit, linkage.left_at_rest)
+    told = [
+        *([] if alone is None else [alone.told]),
+        *warning_of_strength(structure, record.states),
+        *moved_with_centroids(assembly, {"load": load, "loads": loads}),
+        *equal,
+    ]
+    if record.outcome is not CapacityOutcome.INTERRUPTED and _may_hold_by_self_stress(linkage):
+        own = (limit.assembly, *wrenches, limit.interfaces, solver)
+        told += warning_of_self_stress(*own, record.points[0].lower)
     seconds = {"limit": limit.timings["total"], "total": process_time() - began}
     return CapacityCurve(
         outcome=record.outcome,
@@ -162,18 +177,31 @@ def capacity(
         events=tuple(record.events),
         control=moved.name,
         limit=limit if all_move else begun,
-        warnings=_warnings(record, limit, [*moved_with_centroids(assembly, {"load": load, "loads": loads}), *equal]),
+        warnings=_warnings(record, limit, told),
         timings=seconds,
     )
 
 
 def _checked_limit_load(
-    assembly: Assembly, live: Floats, dead: Floats, gap: float | str, interfaces: Interfaces | None, solver: str
+    assembly: Assembly,
+    live: Floats,
+    dead: Floats,
+    gap: float | str,
+    interfaces: Interfaces | None,
+    solver: str,
+    flow: str,
 ) -> LimitLoad:
     """The limit load, if it has a mechanism that can be followed."""
     limit = limit_load(assembly, live, loads=dead, gap=gap, interfaces=interfaces, solver=solver)
     if limit.outcome is LoadOutcome.UNBOUNDED:
-        raise InputError(f'"{assembly.name}" carries any multiple of the load: no mechanism to follow')
+        told, own = "", (limit.assembly, live, dead, limit.interfaces, solver)
+        found = carried_without_self_stress(*own) if flow == "coulomb" else None
+        if found is not None and np.isfinite(found[1]):
+            told = (
+                ", as joints that open as they slide wedge the blocks. Without dilatancy and self-stress "
+                f'limit_load(flow="coulomb") finds that {found[0]:.4g} to {found[1]:.4g} is carried'
+            )
+        raise InputError(f'"{assembly.name}" carries any multiple of the load: no mechanism to follow{told}')
     if limit.outcome is not LoadOutcome.LIMIT:
         raise InputError(f'"{assembly.name}": no limit load to start from. {limit.outcome.value}')
     if reason := why_not_followed(limit.assembly, limit.interfaces):
@@ -194,6 +222,11 @@ def _linkage_that_begins(
     alone = replace(limit, mechanism=unit_motion(limit.assembly, motion), upper=max(limit.upper, own))
     linkage = linkage_at_rest(structure, alone.mechanism, control, associated=associated)
     return replace(linkage, left_at_rest=left), alone
+
+
+def _may_hold_by_self_stress(linkage: Linkage) -> bool:
+    """Whether joints slide without opening where a curve begins, or ties hold it back."""
+    return not linkage.associated and (linkage.slides_with_friction or bool(linkage.assembly.ties))
 
 
 def _equal_parts(record: _Record, limit: LimitLoad, left: Ints) -> tuple[bool, list[str]]:
@@ -252,6 +285,7 @@ def _followed(
     follower: LinkageFollower,
     linkage: Linkage,
     pose: Pose,
+    motion: Floats,
     limit: LimitLoad,
     first: PathState | None,
     steps: int,
@@ -262,7 +296,7 @@ def _followed(
     record = _Record()
     tell = each or (lambda _: None)
     try:
-        for item in follow_path(follower, linkage, pose, limit.mechanism, first, change=1.0 / steps):
+        for item in follow_path(follower, linkage, pose, motion, first, change=1.0 / steps):
             if isinstance(item, FallenBlocks):
                 record.fallen.append(item)
                 tell(item)

@@ -38,7 +38,7 @@ MOVING = 0.01
 SHUT = 1e-4
 #: What sticks out of a region by less than this, relative to the smaller block of the joint, is rounding.
 ROUNDING = 1e-6
-#: A reaction smaller than this, relative to the weight, is none: what forces leave of equilibrium.
+#: A reaction smaller than this, relative to all loads, is none: what forces leave of equilibrium.
 NO_REACTION = 1e-9
 FALLS_ANYWAY = "it falls without any movement of its supports"  #: says what does not stand
 
@@ -48,6 +48,7 @@ class SettlementOutcome(Sentence):
 
     PUSHES = "Pushes: the assembly pushes the moving supports along."
     RESISTS = "Resists: the assembly pushes against the movement of the supports."
+    FREE = "Free: the assembly neither pushes the moving supports along nor resists their movement."
 
 
 class Foundation(NamedTuple):
@@ -73,7 +74,8 @@ class Settlement(Result):
 
     mechanism: Floats  #: shape (n_blocks, 6) [m, rad], at `displacement`; 0 for a support that moves in part
     forces: Floats  #: shape (n_points, 3) [N], the one state of the settling assembly
-    #: [N], force of the assembly on the moving supports along the movement: its work per unit of `displacement`
+    #: [N], force of the assembly on the moving supports along the movement: its work per unit of `displacement`; zero
+    #: where it is no more than rounding
     reaction: float
     interfaces: Interfaces
     assembly: Assembly
@@ -85,9 +87,10 @@ class Settlement(Result):
 
     @property
     def outcome(self) -> SettlementOutcome:
-        """Whether the assembly pushes with the movement or against it; one that only rides along does not resist."""
-        resists = self.reaction < -NO_REACTION * self.assembly.free_weight
-        return SettlementOutcome.RESISTS if resists else SettlementOutcome.PUSHES
+        """Whether the assembly pushes with the movement or against it; one that only rides along does neither."""
+        if not self.reaction:
+            return SettlementOutcome.FREE
+        return SettlementOutcome.PUSHES if self.reaction > 0 else SettlementOutcome.RESISTS
 
     @property
     def joint_motion(self) -> Floats:
@@ -354,17 +357,18 @@ def _settled(problem: Problem, inside: Floats, parts: Sequence[tuple[Foundation,
     if answer.status.is_infeasible:
         raise InputError(f'"{problem.assembly.name}": the supports cannot move so; the blocks are jammed between them')
     force = admissible(problem, certificate.balance(program, answer.force), inside)
+    reactions = [_reaction(problem, part.joints, own, force) for part, own in parts]
     return Settlement(
         mechanism=size * (problem.to_blocks(answer.twist) + whole),
         forces=problem.to_points(force),
-        reaction=power_on_supports(problem, rate, whole, force),
+        reaction=float(_beyond_rounding(problem, np.array(power_on_supports(problem, rate, whole, force)))),
         interfaces=problem.interfaces,
         assembly=problem.assembly,
         warnings=problem.warnings,
         ties=problem.to_ties(force),
         bonds=problem.to_bonds(force),
         displacement=size,
-        foundations=tuple(part._replace(reaction=_reaction(problem, part.joints, own, force)) for part, own in parts),
+        foundations=tuple(part._replace(reaction=own) for (part, _), own in zip(parts, reactions, strict=True)),
     )
 
 
@@ -381,7 +385,17 @@ def _movement(problem: Problem, joints: Ints, supports: Ints, velocity: Floats) 
 def _reaction(problem: Problem, joints: Ints, supports: Ints, force: Floats) -> Floats:
     """Force of the assembly on a part of the supports, shape (3,) [N]: its power as they move along each axis."""
     moves = [_movement(problem, joints, supports, axis) for axis in np.eye(3)]
-    return np.array([power_on_supports(problem, rate, motion, force) for rate, motion in moves])
+    return _beyond_rounding(
+        problem, np.array([power_on_supports(problem, rate, motion, force) for rate, motion in moves])
+    )
+
+
+def _beyond_rounding(problem: Problem, reaction: Floats) -> Floats:
+    """Reactions, with zero in place of what forces leave of equilibrium."""
+    loads = np.linalg.norm(problem.load[~problem.assembly.support, :3], axis=1).sum()
+    bound = NO_REACTION * max(float(loads), problem.assembly.free_weight)
+    found: Floats = np.where(np.abs(reaction) <= bound, 0.0, reaction)
+    return found
 
 
 def _on_supports(problem: Problem) -> np.ndarray:

@@ -23,7 +23,9 @@ from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.shared_slip import joint_that_slides_alone
 from blockstat.large_displacement.statics.settling_state import settling_state
+from blockstat.large_displacement.strength import warning_of_strength
 from blockstat.program.ties import bearing_ties, tied_pairs
 from blockstat.result import Result, Sentence, plain
 from blockstat.studies.foundations import Settlement, settle
@@ -236,6 +238,11 @@ def settle_to_collapse(
     states = StateSolver(structure, structure.dead_power)
     follower = LinkageFollower(states, _settling_mechanism, end, end / steps, tolerance, ends_at_zero=False)
     linkage, motion = _mechanism_that_leaves_rest(linkage, start, motion, size)
+    alone = joint_that_slides_alone(states, linkage, start, motion)
+    if alone is not None:
+        linkage, motion = alone[:2]
+        follower = replace(follower, step=alone.step(follower.step))
+        first = replace(first, warnings=(*first.warnings, alone.told))
     if linkage.sticking.all() and _moves_straight(acting, motion) and _ties_ride(acting, motion + moving):
         whole = states.first(linkage, start, motion)
         return _path(first, structure, [] if whole is None else [whole], [], PathOutcome.FOLLOWS)
@@ -368,7 +375,8 @@ def _path(
 ) -> SettlementPath:
     if not states:
         raise InputError(f'"{first.assembly.name}": the blocks are jammed between the moving supports')
-    warnings = [*first.warnings, *warnings_on_steps(states, structure.assembly)]
+    warnings = [*first.warnings, *warning_of_strength(structure, states)]
+    warnings += warnings_on_steps(states, structure.assembly)
     return SettlementPath(
         outcome=outcome,
         first=first,

@@ -219,13 +219,16 @@ class Configuration:
         drive = self.contacts.drive[contact[faces.start[:-1]]]
         return problem.rates_by_supports(drive[:, 1] - drive[:, 0], self.structure.support_motion)
 
-    def problem(self, multiplier: float = 0.0) -> Problem:
+    def problem(self, multiplier: float = 0.0, motion: Floats | None = None) -> Problem:
         """Return the equilibrium problem of the displaced structure.
 
         Parameters
         ----------
         multiplier
             Of the live load.
+        motion
+            Rates of all blocks, supports included, in which ties yield or go slack, shape (n_blocks, 6). None where
+            they may carry whatever they can.
 
         Returns
         -------
@@ -237,6 +240,7 @@ class Configuration:
         if fixed.live is not None and multiplier:
             loads = loads + multiplier * fixed.live_load(self.pose)
         there = displaced_with_slack_ties(fixed.assembly, fixed.with_supports(self.pose, self.parameter))
+        there = there if motion is None else _with_ties_in_motion(there, motion)
         return equilibrium_problem(there, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=self.joints[0])
 
 
@@ -308,6 +312,24 @@ def displaced_with_slack_ties(assembly: Assembly, pose: Pose) -> Assembly:
         return there
     slack = _slack(assembly.ties, there.ties) > SLACK * float(assembly.size.max())
     ties = [replace(tie, greatest=tie.least) if own else tie for tie, own in zip(there.ties, slack, strict=True)]
+    return replace(there, ties=tuple(ties))
+
+
+def _with_ties_in_motion(there: Assembly, motion: Floats) -> Assembly:
+    """The displaced assembly whose ties have the force that a motion gives them.
+
+    One that lengthens yields at its greatest force, and one that shortens keeps its least. One that keeps its length,
+    or has no greatest force, may carry whatever it can.
+    """
+    if not there.ties:
+        return there
+    rate, held = slackening(there, motion), KEPT_LENGTH * float(np.abs(motion).max(initial=0.0))
+    ties = list(there.ties)
+    for k, tie in enumerate(ties):
+        if rate[k] > held:
+            ties[k] = replace(tie, greatest=tie.least)
+        elif rate[k] < -held and np.isfinite(tie.greatest):
+            ties[k] = replace(tie, least=tie.greatest)
     return replace(there, ties=tuple(ties))
 
 

@@ -15,7 +15,7 @@ from blockstat.large_displacement.linkage.event_location import open_gaps
 from blockstat.large_displacement.linkage.jump import FALLING_TOGETHER, MAX_PART_FALLEN, JumpEnd, jump
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import FindMechanism, PathEnd, PathEvent, PathPoint, PathState
-from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.linkage.state_solver import StateSolver, with_ties_in_own_motion
 
 #: Jumps that may follow each other at one displacement. Chosen: where more follow, it is no linkage that moves.
 MAX_JUMPS = 20
@@ -121,8 +121,9 @@ class AfterEvent:
         begun = self.find_mechanism(linkage, pose, parameter, sticking_speed)
         if isinstance(begun, PathEnd):
             return begun
-        point = self.solver.point(begun[0], pose, parameter, begun[1])
-        return PathEnd.LOST if point is None else (begun[0], point)
+        linkage = with_ties_in_own_motion(begun[0], pose, parameter, begun[1])
+        point = self.solver.point(linkage, pose, parameter, begun[1])
+        return PathEnd.LOST if point is None else (linkage, point)
 
     def _changed_mechanism(self, state: PathState, beyond: PathState) -> PathState | None:
         """The state of another mechanism where a joint ceases to slide; None where there is none.

@@ -8,6 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from blockstat.large_displacement.displaced.contact_pairs import ZERO_GAP
+from blockstat.large_displacement.displaced.pose import displaced_assembly
+from blockstat.large_displacement.displaced.structure import slackening
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEnd, PathPoint, PathState
 from blockstat.large_displacement.linkage.root_finding import NoRootError, root_of
@@ -100,6 +102,39 @@ def first_kinematic_event(
             return PathEnd.LOST, state.point
         return PathEnd.LOST, before
     return event, found
+
+
+def reversal_of_tie(solver: StateSolver, state: PathState, point: PathPoint) -> float | None:
+    """Return where a tie that yields begins to shorten in a step, or one that has yielded to lengthen.
+
+    Parameters
+    ----------
+    solver, state, point
+        As in `first_kinematic_event`.
+
+    Returns
+    -------
+    float or None
+        The first such parameter [m], at which the force of the tie leaps; None where there is none.
+    """
+    own = state.linkage.yielding
+    if not len(own):
+        return None
+    structure, start = solver.structure, state.point.parameter
+
+    def rates(at: PathPoint) -> Floats:
+        there = displaced_assembly(structure.assembly, structure.with_supports(at.pose, at.parameter))
+        return slackening(there, at.tangent + structure.support_motion)[own]
+
+    def rate_at(parameter: float, tie: int) -> float:
+        at = state.point if parameter == start else solver.point_at(state, parameter)
+        if at is None:
+            raise NoRootError
+        return float(rates(at)[tie])
+
+    turned = np.flatnonzero(rates(state.point) * rates(point) < 0).tolist()
+    roots = [root_of(lambda s, k=k: rate_at(s, k), start, point.parameter, _accuracy(point)) for k in turned]
+    return min(roots, default=None)
 
 
 def _accuracy(point: PathPoint) -> float:

@@ -16,9 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
+from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
 from blockstat.large_displacement.displaced.pose import displaced_assembly
 from blockstat.large_displacement.linkage.after_event import AfterEvent
-from blockstat.large_displacement.linkage.event_location import first_kinematic_event, loss_of_equilibrium
+from blockstat.large_displacement.linkage.event_location import (
+    first_kinematic_event,
+    loss_of_equilibrium,
+    reversal_of_tie,
+)
 from blockstat.large_displacement.linkage.path import FindMechanism, PathEnd, PathEvent, PathPoint, PathState
 from blockstat.large_displacement.linkage.root_finding import NoRootError
 from blockstat.large_displacement.linkage.state_solver import StateSolver
@@ -122,15 +127,23 @@ class LinkageFollower:
                     state = item
                 changed = changed or (isinstance(item, PathEvent) and item.kind == "change")
 
-    def _piece(self, state: PathState) -> Generator[PathState, None, tuple[str | PathEnd, PathState, PathState | None]]:
+    def _piece(
+        self, state: PathState
+    ) -> Generator[PathState | PathEvent, None, tuple[str | PathEnd, PathState, PathState | None]]:
         """Yield the states of a piece; return the event at its end, the state there, and one just beyond it."""
         first, step = abs(state.point.value), self.step
+        across = CORNER_TOLERANCE * float(self.solver.structure.assembly.size.max())
         for _ in range(MAX_STEPS):
             start = state.point
             allowed = self.tolerance * max(first, abs(start.value), TINY)
             target = min(start.parameter + step, self.end)
             point = self.solver.point_at(state, target)
-            deviation = np.inf if point is None else self._deviation(state, point)
+            turn = None if point is None else reversal_of_tie(self.solver, state, point)
+            leaps = turn is not None and turn - start.parameter <= 2 * across
+            if turn is not None:  # a step ends just before the force of the tie leaps, and the next one leads across
+                target = min(turn + (across if leaps else -across), self.end)
+                point = self.solver.point_at(state, target)
+            deviation = np.inf if point is None else 0.0 if leaps else self._deviation(state, point)
             if point is None or deviation > allowed:
                 step *= 0.5 if np.isinf(deviation) else max(self._step_factor(allowed, deviation), LEAST_SHORTENING)
                 if step < self.step * MIN_STEP:
@@ -146,6 +159,8 @@ class LinkageFollower:
                 reached, beyond = loss_of_equilibrium(self.solver, state, reached, self.tolerance)
             if reached.point.parameter > start.parameter:
                 state = reached
+                if leaps and abs(state.point.value - start.value) > allowed:
+                    yield PathEvent("change", start.parameter, start.value, state.point.value, (), ())
                 yield state
             if event is not None:
                 return event, state, beyond

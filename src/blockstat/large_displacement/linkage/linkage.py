@@ -156,6 +156,13 @@ class Linkage:
         """Whether a contact slides whose friction is not zero."""
         return bool((self.contacts.friction[self.sliding] > 0).any())
 
+    @property
+    def yielding(self) -> Ints:
+        """Numbers of the ties that yield, or that have yielded and shorten."""
+        bounded = [not tie.constant and np.isfinite(tie.greatest) for tie in self.assembly.ties]
+        found: Ints = np.setdiff1d(np.flatnonzero(bounded), np.append(self.ties, self.slack))
+        return found
+
     @cached_property
     def between_bodies(self) -> tuple[Ints, Ints]:
         """Contacts between bodies: those that stick, and those that slide."""

@@ -78,7 +78,8 @@ class PathState:
 class PathEvent:
     """A change of the mechanism."""
 
-    kind: str  #: "jump", "closing" (a contact closes) or "change" (a joint ceases to slide)
+    #: "jump", "closing" (a contact closes) or "change" (a joint ceases to slide, or a tie that has yielded turns back)
+    kind: str
     parameter: float  #: where [m]
     before: float  #: multiplier or force before it
     after: float | None  #: the same after it; None where no admissible state follows, infinite where the blocks lock

@@ -9,8 +9,9 @@ the same pose make it a lower bound too:
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, tie_status
 from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.large_displacement.linkage.kinematics import pose_at, tangent
@@ -129,5 +130,34 @@ class StateSolver:
         PathState or None
             None where the parameter does not move the linkage.
         """
+        linkage = with_ties_in_own_motion(linkage, pose, 0.0, guess)
         point = self.point(linkage, pose, 0.0, guess)
         return None if point is None else self.state(linkage, point)
+
+
+def with_ties_in_own_motion(linkage: Linkage, pose: Pose, parameter: float, guess: Floats) -> Linkage:
+    """Return a linkage whose ties hold, yield or go slack as its own motion has it.
+
+    Parameters
+    ----------
+    linkage
+        Of a mechanism that begins, with ties as the mechanism of associated flow has them. There joints open as they
+        slide, and a tie may lengthen that shortens where they do not.
+    pose, parameter
+        Where it begins.
+    guess
+        The mechanism, of any magnitude, shape (n_blocks, 6).
+
+    Returns
+    -------
+    Linkage
+        The given one where no joint slides against friction without opening.
+    """
+    if linkage.associated or not (linkage.assembly.ties and linkage.slides_with_friction):
+        return linkage
+    motion = tangent(linkage, pose, parameter, guess)
+    if motion is None:
+        return linkage
+    here, rate = linkage.configuration(pose, parameter), float(linkage.control is None)
+    ties, slack = tie_status(here, motion, rate, sticking_speed=STICKING_SPEED_AT_REST)
+    return replace(linkage, ties=ties, slack=slack)

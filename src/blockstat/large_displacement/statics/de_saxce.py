@@ -67,6 +67,7 @@ def without_opening(
     limits: FixedPointLimits,
     *,
     accept_last: bool,
+    looseness: float = 0.0,
 ) -> tuple[Answer, Floats] | None:
     """Iterate to the mechanism whose joints slide without opening.
 
@@ -84,6 +85,9 @@ def without_opening(
         When the iteration ends.
     accept_last
         Whether the last program counts although it has not converged.
+    looseness
+        By which share of friction times slip joints may overlap. With any above zero, forces that only hold each other
+        give up.
 
     Returns
     -------
@@ -94,17 +98,18 @@ def without_opening(
 
     None is returned where a program has no solution, or where the iteration does not converge.
     """
-    lifted, changes = first, list[float]()
+    lifted, changes = (1.0 + looseness) * first, list[float]()
     for _ in range(limits.programs):
         answer = solve_with(lifted)
         if answer.status.is_infeasible or answer.status.is_stalled:
             return None
         rate = rates_of(answer)
-        before, lifted = lifted, uplift(program, rate)
+        dilatancy = uplift(program, rate)
+        before, lifted = lifted, (1.0 + looseness) * dilatancy
         changes.append(float(np.abs(lifted - before).max(initial=0.0)))
         if changes[-1] <= limits.tolerance * np.abs(rate).max(initial=0.0):
-            return answer, lifted - before
-    return (answer, lifted - before) if accept_last and changes[-1] <= changes[0] else None
+            return answer, dilatancy - before
+    return (answer, dilatancy - before) if accept_last and changes[-1] <= changes[0] else None
 
 
 def largest_of_contact(opening: Floats, contact: Ints, number: int) -> Floats:

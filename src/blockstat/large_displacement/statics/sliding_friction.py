@@ -43,7 +43,8 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
     configuration
         The displaced structure.
     motion
-        Rates of the blocks about their displaced centroids, shape (n_blocks, 6). Friction acts against the slip.
+        Rates of the blocks about their displaced centroids, shape (n_blocks, 6). Friction acts against the slip, and
+        ties pull as they lengthen or shorten.
 
     Returns
     -------
@@ -60,7 +61,7 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
         max s   subject to   A f + w + alpha l = 0,   f - s n in K.
     """
     structure = configuration.structure
-    problem = configuration.problem()
+    problem = configuration.problem(motion=motion + structure.support_motion)
     program = problem.program
     if program is None or len(problem.floating):
         return floating_blocks(problem), np.nan

@@ -1,0 +1,114 @@
+"""Slip that several joints share although one of them could take it alone.
+
+Where joints slide without opening, the motion need not be unique. A lintel on two piers that move apart slides on the
+left one, on the right one, or on both: the forces are the same. Its fall is earliest where one joint takes all slip. A
+solver finds the middle of all motions, in which the joints share it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from blockstat.geometry.polyhedron import point_velocity
+from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
+from blockstat.large_displacement.displaced.pose import Pose
+from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.result import listed
+from blockstat.typing import Floats, Ints
+
+#: More joints than this are not tried. Chosen: where so many slide at once, steps follow them.
+MOST_JOINTS = 12
+#: A joint that takes all slip may ask for a multiplier larger by this, relative to it. Chosen: far above what solvers
+#: leave.
+SAME_VALUE = 1e-6
+#: Joints that a warning names at most. Chosen.
+MOST_NAMES = 5
+#: A step is this part of the way to where the faces leave each other at most, and no shorter than this part of itself.
+#: Chosen: a bearing that is used up within one step is not resolved, and a path of too many points takes long.
+OF_BEARING, SHORTEST = 1.0 / 4.0, 1e-2
+
+
+class SlidesAlone(NamedTuple):
+    """A mechanism in which one joint takes the slip that several share."""
+
+    linkage: Linkage
+    motion: Floats  #: for a unit rate of the parameter, shape (n_blocks, 6)
+    bearing: float  #: how far the joint slides before its faces leave each other [m]
+    told: str  #: what a reader must know
+
+    def step(self, step: float) -> float:
+        """Return a step that is short beside the bearing [m]."""
+        return max(min(step, OF_BEARING * self.bearing), SHORTEST * step)
+
+
+def joint_that_slides_alone(solver: StateSolver, linkage: Linkage, pose: Pose, motion: Floats) -> SlidesAlone | None:
+    """Return the mechanism at rest in which one joint takes the slip that several share.
+
+    Parameters
+    ----------
+    solver
+        Finds states of the linkage.
+    linkage
+        Of the mechanism that begins.
+    pose
+        At rest.
+    motion
+        The mechanism, of any magnitude, shape (n_blocks, 6).
+
+    Returns
+    -------
+    SlidesAlone or None
+        Of all joints that can take the slip alone, with forces in equilibrium and no larger a multiplier, the one
+        slides whose faces leave each other first; of several such joints, the one on which the fewest blocks move.
+        None where no joints share their slip.
+    """
+    contacts = linkage.contacts
+    slides = linkage.sliding & linkage.may_part & (contacts.friction > 0)
+    joints = np.unique(contacts.joint[slides])
+    if linkage.associated or not 2 <= len(joints) <= MOST_JOINTS:
+        return None
+    shared = solver.first(linkage, pose, motion)
+    if shared is None or not shared.forces.admissible:
+        return None
+    most = np.inf if linkage.control is None else (1.0 + SAME_VALUE) * shared.point.value
+    size = float(linkage.assembly.size.max())
+    found: list[tuple[float, int, int, SlidesAlone]] = []
+    for joint in joints.tolist():
+        own = linkage.sliding & (contacts.joint == joint)
+        alone = replace(linkage, sticking=linkage.closed & ~own, sliding=own)
+        state = solver.first(alone, pose, motion)
+        if state is not None and state.forces.admissible and state.point.value <= most:
+            tangent = state.point.tangent
+            bearing, moving = _bearing(linkage, joint, tangent), int(tangent.any(axis=1).sum())
+            one = SlidesAlone(alone, tangent, bearing, _told(linkage, joints, joint))
+            found.append((round(bearing / (CORNER_TOLERANCE * size)), moving, joint, one))
+    return min(found)[-1] if found else None
+
+
+def _bearing(linkage: Linkage, joint: int, motion: Floats) -> float:
+    """How far a joint slides along its slip at rest before its faces leave each other [m]."""
+    contacts, assembly = linkage.contacts, linkage.assembly
+    own = contacts.select(np.flatnonzero(contacts.joint == joint))
+    sides = [point_velocity(assembly, motion, own.pair[:, k], own.anchor[:, k]) + own.drive[:, k] for k in (0, 1)]
+    slip = (sides[1] - sides[0]).mean(axis=0)
+    along = slip / max(float(np.linalg.norm(slip)), 1e-300)
+    _, corner = linkage.structure.outlines.of(np.array([joint]))
+    place = corner @ along  # (polygons, sides, corners)
+    return float(place[:, 0].max() - place[:, 1].min())
+
+
+def _told(linkage: Linkage, joints: Ints, joint: int) -> str:
+    assembly, interfaces = linkage.assembly, linkage.structure.interfaces
+
+    def called(k: int) -> str:
+        return " and ".join(f'"{assembly.names[block]}"' for block in interfaces.pair[k])
+
+    names = listed([called(k) for k in joints.tolist()], MOST_NAMES)
+    return (
+        f"without dilatancy the slip may be shared by several joints in any way: {names}. Followed is the slip of "
+        f"{called(joint)} alone, whose faces leave each other first; other shares lead to another end"
+    )
