@@ -856,9 +856,10 @@ def test_contact_data_is_frozen_and_compared_by_identity():
 
 def test_options_of_overlaps_are_named():
     assert face_separation(None, None, None, None, []).shape == (0,)
+    whole = assembly([box((0, 0, 0), (1, 1, 1))])
     for call in (overlaps, check_overlaps, convex_blocks):
         with pytest.raises(TypeError):
-            call(None, 0.01)
+            call(whole, 0.01)
 
 
 def test_options_of_the_search_are_named():
@@ -866,7 +867,7 @@ def test_options_of_the_search_are_named():
     assert as_searched(whole, 0.01) is whole
     for call in (find_interfaces, near_blocks):
         with pytest.raises(TypeError):
-            call(None, 0.01)
+            call(whole, 0.01)
     _, faces = joints([])
     assert unresolved_contacts(None, faces).reason == ()
     with pytest.raises(TypeError):

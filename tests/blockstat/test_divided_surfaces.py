@@ -377,3 +377,61 @@ def test_a_face_of_slender_triangles_is_as_wide_as_it_is(load):
     cube = Block(np.array(corners), [*fan, *sides, [*range(2, m), m + 3, m + 2]])
     found = limit_load(Assembly.from_blocks([GROUND, cube], supports=[0], friction=1.2), load)
     assert (found.lower, found.upper) == pytest.approx([0.15 / 0.15025] * 2, rel=1e-5)
+
+
+@pytest.mark.parametrize("off", [0.0, 0.0009, 0.0011, 0.0024])
+def test_a_bed_that_overlaps_brings_no_part_of_a_stone_that_is_not_at_it_to_a_wall(off):
+    # A stone on two steps slides below a beam that is 1 mm above its top, however deep it stands in the lower step.
+    steps = [(-0.5, -0.5), (0.6, -0.5), (0.6, 0.6), (0, 0.6), (0, 0.3), (0.4, 0.3), (0.4, -0.02), (-0.05, -0.02)]
+    foot = [(-0.3, 0), (-0.12, 0), (-0.04, 0.03), (-0.04, -0.02 - off), (0, -0.02 - off), (0, 0.299), (-0.3, 0.299)]
+    blocks = [prism([*steps, (-0.1, 0), (-0.5, 0)], -0.1, 0.5), prism(foot, 0, 0.3)]
+    found = limit_load(Assembly.from_blocks(blocks, supports=[0], friction=0.4), (1, 0, 0))
+    assert (found.lower, found.upper) == pytest.approx((0.4, 0.4), rel=1e-5)
+
+
+@pytest.mark.parametrize(("gap", "sunk"), [(0.0026, 0.0005), (0.0028, 0.001), (0.0032, 0.002)])
+def test_a_bed_that_slopes_brings_no_stone_to_a_wall_beyond_the_tolerance(gap, sunk):
+    # Down a slope of 30 degrees to a wall further off than 2.5 mm; the stone is sunk vertically.
+    slope = np.tan(np.deg2rad(30))
+    wall = [(-0.5, -1), (0.4, -1), (0.4, 0.3 - 0.05 * slope), (0.05, 0.3 - 0.05 * slope), (0.05, -0.05 * slope)]
+    end = 0.05 - gap
+    foot = np.array([(end - 0.2, 0), (end, 0), (end - 0.06, 0.3), (end - 0.26, 0.3)])
+    foot[:, 1] -= slope * np.array([end - 0.2, end, end, end - 0.2]) + sunk
+    blocks = [prism([*wall, (-0.5, 0.5 * slope)], -0.1, 0.4), prism(foot, 0, 0.3)]
+    found = limit_load(Assembly.from_blocks(blocks, supports=[0], friction=0.7), (1, 0, 0))
+    slides = np.tan(np.arctan(0.7) - np.deg2rad(30))
+    assert (found.lower, found.upper) == pytest.approx((slides, slides), rel=1e-4)
+
+
+def grid(block, n, rng):
+    """A block of six faces, each of n by n squares in two triangles, with diagonals at random."""
+    corners, faces = [], []
+    number = {}
+
+    def vertex(point):
+        key = tuple(np.round(point, 9))
+        if key not in number:
+            number[key] = len(corners)
+            corners.append(point)
+        return number[key]
+
+    for face in block.faces:
+        a, b, c, d = np.asarray(block.vertices)[list(face)]
+        at = [[vertex((1 - u) * ((1 - v) * a + v * b) + u * ((1 - v) * d + v * c)) for v in np.arange(n + 1) / n]
+              for u in np.arange(n + 1) / n]  # fmt: skip
+        for i in range(n):
+            for j in range(n):
+                p, q, r, s = at[i][j], at[i][j + 1], at[i + 1][j + 1], at[i + 1][j]
+                faces += [[p, q, r], [p, r, s]] if rng.random() < 0.5 else [[p, q, s], [q, r, s]]
+    return np.array(corners), faces
+
+
+@pytest.mark.parametrize(("seed", "n", "noise"), [(5, 4, 6e-6), (22, 4, 1e-5), (37, 4, 6e-6), (40, 3, 3e-6)])
+def test_faces_that_are_plane_nearly_to_single_precision_keep_the_area_of_their_joint(seed, n, noise):
+    # The rounding of single precision over 20 m is 4 micrometres.
+    rng, blocks = np.random.default_rng(seed), []
+    for block in (box((-0.1, -0.15, -0.5), (0.6, 0.6, 0)), box((0, 0, 0), (0.4, 0.4, 0.2))):
+        corners, faces = grid(block, n, rng)
+        blocks.append(Block(corners + rng.uniform(-noise, noise, corners.shape), faces))
+    asm = Assembly.from_blocks([*blocks, box((20, 0, 0), (21, 1, 1))], supports=[0, 2])
+    assert find_interfaces(asm).area.sum() == pytest.approx(0.16, rel=1e-3)

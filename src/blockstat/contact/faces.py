@@ -22,6 +22,27 @@ FILLED = 1e-6
 SEAM = 1e-9
 
 
+def flatness(assembly: Assembly, gap: float | str) -> Floats:
+    """Return how far the corners of a face may leave its plane.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    gap : float or str
+        As in `find_interfaces`.
+
+    Returns
+    -------
+    array of float, shape (n_blocks,)
+        Lengths [m]: the rounding of single precision, or a part of the gap if that is a length.
+    """
+    flat = FLATNESS * allowed_gap(assembly, gap)
+    if stated_length(gap) is not None:
+        return flat
+    return np.minimum(flat, ROUNDING * float(np.ptp(assembly.vertices, axis=0).max(initial=0.0)))
+
+
 def as_searched(assembly: Assembly, gap: float | str) -> Assembly:
     """Return the blocks with the faces that the search sees.
 
@@ -39,10 +60,7 @@ def as_searched(assembly: Assembly, gap: float | str) -> Assembly:
         rounding of single precision, and up to a part of the gap if that is a length: it says how exact the geometry
         is.
     """
-    flat = FLATNESS * allowed_gap(assembly, gap)
-    if stated_length(gap) is None:
-        flat = np.minimum(flat, ROUNDING * float(np.ptp(assembly.vertices, axis=0).max(initial=0.0)))
-    return facets(assembly, tolerance=flat)
+    return facets(assembly, tolerance=flatness(assembly, gap))
 
 
 def convex_faces(assembly: Polyhedra) -> np.ndarray:

@@ -18,11 +18,19 @@ import numpy as np
 from blockstat.contact.between import held_apart, in_gaps
 from blockstat.contact.coplanar import Parts, Patches, corner_shares, merge_coplanar, parts_of, shares_of_parts
 from blockstat.contact.edges import edge_contacts
-from blockstat.contact.faces import as_searched, concave_patches, convex_faces, frames, gaps_of_surfaces, planar
+from blockstat.contact.faces import (
+    as_searched,
+    concave_patches,
+    convex_faces,
+    flatness,
+    frames,
+    gaps_of_surfaces,
+    planar,
+)
 from blockstat.contact.features import ContactKind
 from blockstat.contact.known_contacts import Tolerances
 from blockstat.contact.overlap.beds import keys_of_overlap
-from blockstat.contact.tolerance import FLATNESS, GAP, allowed_gap, stated_length
+from blockstat.contact.tolerance import GAP, allowed_gap, stated_length
 from blockstat.errors import known_options
 from blockstat.geometry import clipping as clip
 from blockstat.geometry.broad_phase import near_pairs
@@ -224,7 +232,7 @@ def find_interfaces(assembly: Assembly, *, gap: float | str = GAP, near: Ints | 
     assembly = as_searched(assembly, gap)
     rows = _opposed_faces(assembly, near, allowed)
     warp, blurred = assembly.planes.warp, stated_length(gap) is not None
-    bent = warp > (FLATNESS * allowed if blurred else WIDTH * assembly.size)[assembly.face_block]
+    bent = warp > np.maximum(flatness(assembly, gap), WIDTH * assembly.size)[assembly.face_block]
     patches = _clip_faces(assembly, rows, np.where(blurred & ~bent, warp, 0.0), bent)
     return replace(_collect(assembly, patches, allowed, near), searched=gap)
 

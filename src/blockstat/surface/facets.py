@@ -154,8 +154,12 @@ def _flat_regions(solid: Polyhedra, label: Ints, sides: Ints, tolerance: Floats)
         return label
     merged = np.arange(len(label))
     block = solid.face_block[ends[:, 0]]
-    for one in np.unique(block[_may_be_one(solid, label, ends, tolerance[block])]):
-        for region, into in _cluster(solid, label, ends[block == one], float(tolerance[one])):
+    begin = _may_be_one(solid, label, ends, tolerance[block])
+    order = np.argsort(label, kind="stable")
+    for one in np.unique(block[begin]):
+        own = block == one
+        found = _Regions(solid, label, order, float(tolerance[one]))
+        for region, into in _cluster(found, ends[own], ends[own & begin]):
             merged[region] = into
     return merged[label]
 
@@ -180,73 +184,89 @@ def _may_be_one(solid: Polyhedra, label: Ints, ends: Ints, tolerance: Floats) ->
     return high - low <= tolerance
 
 
-def _cluster(solid: Polyhedra, label: Ints, ends: Ints, tolerance: float) -> list[tuple[int, int]]:
-    """Which regions of a block are merged into which, the lowest of each."""
-    regions, beside = _start(solid, label, ends, tolerance)
-    heap = [(_cost(solid, regions, (a, b), tolerance), a, b) for a, b in ends.tolist()]
+def _cluster(regions: _Regions, ends: Ints, begin: Ints) -> list[tuple[int, int]]:
+    """Which regions of a block are merged into which, the lowest of each.
+
+    ends : regions beside each other
+    begin : those of which the two may be one
+    """
+    beside: dict[int, set[int]] = defaultdict(set)
+    for a, b in ends.tolist():
+        beside[a].add(b)
+        beside[b].add(a)
+    heap = [(regions.cost(a, b), a, b) for a, b in begin.tolist()]
     heap = [item for item in heap if item[0] >= 0]
     heapify(heap)
+    gone: set[int] = set()
     into: dict[int, int] = {}
     parts: dict[int, list[int]] = {}
-    number = len(label)
     while heap:
         _, a, b = heappop(heap)
-        if a not in regions or b not in regions:
+        if a in gone or b in gone:
             continue
-        one, other = regions.pop(a), regions.pop(b)
-        regions[number] = _Region(
-            np.union1d(one.vertices, other.vertices),
-            one.area + other.area,
-            np.concatenate([one.normals, other.normals]),
-        )
+        gone |= {a, b}
+        number = regions.joined(a, b)
         parts[number] = parts.pop(a, [a]) + parts.pop(b, [b])
         beside[number] = (beside.pop(a) | beside.pop(b)) - {a, b}
         for near in beside[number]:
             beside[near] = beside[near] - {a, b} | {number}
-            cost = _cost(solid, regions, (near, number), tolerance)
+            cost = regions.cost(near, number)
             if cost >= 0:
                 heappush(heap, (cost, near, number))
-        number += 1
     for grouped in parts.values():
         into.update(dict.fromkeys(grouped, min(grouped)))
     return list(into.items())
 
 
-def _start(
-    solid: Polyhedra, label: Ints, ends: Ints, tolerance: float
-) -> tuple[dict[int, _Region], dict[int, set[int]]]:
-    """The regions to begin with, and those beside each."""
-    beside: dict[int, set[int]] = defaultdict(set)
-    for a, b in ends.tolist():
-        beside[a].add(b)
-        beside[b].add(a)
-    first, last = np.searchsorted(solid.face_block, solid.face_block[ends[0, 0]] + np.array([0, 1]))
-    regions = {}
-    for region in beside:
-        faces = first + np.flatnonzero(label[first:last] == region)
+class _Regions:
+    """The regions of a block that may be merged, each made when it is asked for."""
+
+    def __init__(self, solid: Polyhedra, label: Ints, order: Ints, tolerance: float) -> None:
+        self._solid, self._order, self._tolerance = solid, order, tolerance
+        self._sorted = label[order]
+        self._known: dict[int, _Region] = {}
+        self._next = len(label)
+
+    def __getitem__(self, number: int) -> _Region:
+        if number not in self._known:
+            first, last = np.searchsorted(self._sorted, [number, number + 1])
+            self._known[number] = self._made(self._order[first:last])
+        return self._known[number]
+
+    def _made(self, faces: Ints) -> _Region:
+        solid = self._solid
         corners = [solid.face_vertices[solid.face_start[f] : solid.face_start[f + 1]] for f in faces]
         vertices = np.unique(np.concatenate(corners))
         area = (solid.planes.normal[faces] * solid.planes.area[faces, None]).sum(axis=0)
         size = float(np.linalg.norm(area))
         length = float(np.linalg.norm(np.ptp(solid.vertices[vertices], axis=0)))
-        wide = size > tolerance * length
-        regions[region] = _Region(vertices, area, (area / size)[None] if wide else np.empty((0, 3)))
-    return regions, dict(beside)
+        wide = size > self._tolerance * length
+        return _Region(vertices, area, (area / size)[None] if wide else np.empty((0, 3)))
 
+    def joined(self, a: int, b: int) -> int:
+        """The number of two regions that become one."""
+        one, other, number = self[a], self[b], self._next
+        self._known[number] = _Region(
+            np.union1d(one.vertices, other.vertices),
+            one.area + other.area,
+            np.concatenate([one.normals, other.normals]),
+        )
+        self._next += 1
+        return number
 
-def _cost(solid: Polyhedra, regions: dict[int, _Region], pair: tuple[int, int], tolerance: float) -> float:
-    """How far apart two planes are that hold both regions between them [m]; -1 if they are not one."""
-    one, other = regions[pair[0]], regions[pair[1]]
-    area = one.area + other.area
-    size = float(np.linalg.norm(area))
-    if size == 0:
-        return -1.0
-    normal = area / size
-    if min((one.normals @ normal).min(initial=1.0), (other.normals @ normal).min(initial=1.0)) < np.cos(LEAN):
-        return -1.0
-    height = solid.vertices[np.concatenate([one.vertices, other.vertices])] @ normal
-    thickness = float(height.max() - height.min())
-    return thickness if thickness <= tolerance else -1.0
+    def cost(self, a: int, b: int) -> float:
+        """How far apart two planes are that hold two regions between them [m]; -1 if they are not one."""
+        one, other = self[a], self[b]
+        area = one.area + other.area
+        size = float(np.linalg.norm(area))
+        if size == 0:
+            return -1.0
+        normal = area / size
+        if min((one.normals @ normal).min(initial=1.0), (other.normals @ normal).min(initial=1.0)) < np.cos(LEAN):
+            return -1.0
+        height = self._solid.vertices[np.concatenate([one.vertices, other.vertices])] @ normal
+        thickness = float(height.max() - height.min())
+        return thickness if thickness <= self._tolerance else -1.0
 
 
 def _merged(solid: Solid, label: Ints, inner: np.ndarray, tail: Ints, head: Ints, face: Ints) -> Solid:

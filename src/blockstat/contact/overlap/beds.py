@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.contact.coplanar import Patches, merge_coplanar
-from blockstat.contact.features import ContactKind, Features, Search
+from blockstat.contact.features import CHUNK, ContactKind, Features, Search
 from blockstat.contact.known_contacts import ONE_PATCH, Contacts, Tolerances, covered, features_of, inside, search_of
 from blockstat.geometry.polyhedron import members
 from blockstat.surface.distance import segment_distances
@@ -134,9 +134,9 @@ def overlap_at_rims(search: Search, features: Features, patches: Patches, tolera
 
 
 def with_sunk(search: Search, known: Contacts, patches: Patches, tolerances: Tolerances) -> Contacts:
-    """Add the contacts that are there when a bed that overlaps is moved apart by the overlap, and only then.
+    """Add the edges and corners that touch a wall at its foot when a bed that overlaps is moved apart by the overlap.
 
-    An edge at the foot of a wall sinks below that foot with its bed, and a wall ends at its foot.
+    As drawn they lie below that foot, where the wall ends.
 
     Parameters
     ----------
@@ -147,33 +147,72 @@ def with_sunk(search: Search, known: Contacts, patches: Patches, tolerances: Tol
     patches : Patches
         Patches of all blocks.
     tolerances : Tolerances
-        What counts as touching.
+        What counts as touching, as drawn and when moved apart.
 
     Returns
     -------
     Contacts
-        With edges, corners and crossings across beds, in the middle of the overlap of each.
+        With edges and corners across beds, at the beds and in the middle of the overlap of each.
     """
-    faces = known.kind == ContactKind.FACE
-    deep = faces & (known.patches.overlap > search.rounding[known.row])
-    rows, beds = known.row[deep], known.patches.take(np.flatnonzero(deep))
+    deep = np.flatnonzero(known.kind == ContactKind.FACE)
+    deep = deep[known.patches.overlap[deep] > search.rounding[known.row[deep]]]
+    deep = deep[_beside_walls(search, known.row[deep], known.patches.take(deep))]
+    rows, beds = known.row[deep], known.patches.take(deep)
     if not len(rows):
         return known
     apart = beds.overlap[:, None] * beds.frame[:, 0]
-    wide = replace(search, rounding=search.rounding + np.bincount(rows, beds.overlap, len(search.pairs)))
-    kinds = ContactKind.EDGE, ContactKind.CORNER, ContactKind.CROSSING
+    most = np.zeros(len(search.pairs))
+    np.maximum.at(most, rows, beds.overlap)
+    wide = replace(search, rounding=search.rounding + most)
     for kind, found in zip(
-        kinds, features_of(_moved(search, rows, apart, tolerances), tolerances.steepest), strict=True
+        (ContactKind.EDGE, ContactKind.CORNER),
+        features_of(_moved(search, rows, apart, tolerances), tolerances.steepest),
+        strict=False,
     ):
         bed = found.row
-        across = np.abs(np.einsum("ij,ij->i", found.normal, beds.frame[bed, 0])) < ONE_PATCH
-        found, bed = replace(found, row=rows[bed]), bed[across & ~found.rim]
-        found = found.take(across & ~found.rim)
+        nearer = np.abs(np.einsum("ij,ij->i", found.normal, apart[bed]))
+        good = ~found.rim & (nearer < ONE_PATCH * beds.overlap[bed]) & (found.gap + nearer <= search.reach[rows[bed]])
+        found, bed = replace(found, row=rows[bed]).take(good), bed[good]
         new = ~covered(wide, found, known, ONE_PATCH)
-        found = found.take(new)
-        found = replace(found, ends=found.ends - apart[bed[new], None] / 2)  # in the middle of the overlap, as the bed
+        found, bed = found.take(new), bed[new]
+        found = replace(found, ends=found.ends - apart[bed, None] / 2)
+        # In the plane of the bed, and over it but for half of the gap to the wall.
+        height = np.einsum("nkj,nj->nk", found.ends - beds.origin[bed][:, None], beds.frame[bed, 0])
+        level = np.abs(height).max(axis=1, initial=0.0) <= beds.overlap[bed] + 2 * search.rounding[rows[bed]]
+        found = found.take(level & inside(search, found, beds, bed, beds.overlap[bed] + found.gap / 2))
         known = known.with_more(kind, found.take(~overlap_at_rims(search, found, patches, tolerances)), search.pairs)
     return known
+
+
+def _beside_walls(search: Search, row: Ints, beds: Patches) -> np.ndarray:
+    """Whether a face of the lower block of a bed may rise beside it by more than the overlap, or one of the upper sink.
+
+    Judged by boxes, so that it is said too often.
+    """
+    walls = np.zeros(len(row), dtype=bool)
+    corner = np.repeat(beds.origin, beds.count, axis=0)
+    corner = corner + np.einsum("nk,nkj->nj", beds.corner, np.repeat(beds.frame[:, 1:], beds.count, axis=0))
+    first = np.cumsum(beds.count) - beds.count
+    start = np.searchsorted(search.assembly.face_block, np.arange(search.assembly.n_blocks + 1))
+    lower, upper = search.assembly.face_bounds
+    low, high = (bound.reduceat(corner, first) if len(row) else corner for bound in (np.minimum, np.maximum))
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        block = search.pairs[row, side]
+        count = np.diff(start)[block]
+        for part in np.split(np.arange(len(row)), np.flatnonzero(np.diff(np.cumsum(count) // CHUNK)) + 1):
+            if not len(part):
+                continue
+            own, face = members(start[block[part]], count[part])
+            own = part[own]
+            near = (search.reach[row] + beds.overlap)[own, None]
+            good = ((lower[face] <= high[own] + near) & (upper[face] >= low[own] - near)).all(axis=1)
+            own, face = own[good], face[good]
+            rise = sign * beds.frame[own, 0]
+            across = np.abs(np.einsum("ij,ij->i", search.assembly.planes.normal[face], rise)) < ONE_PATCH
+            top = np.where(rise > 0, rise * upper[face], rise * lower[face]).sum(axis=1)
+            top -= np.einsum("ij,ij->i", rise, beds.origin[own])
+            walls[own[across & (top > beds.overlap[own] + search.rounding[row[own]])]] = True
+    return walls
 
 
 def _moved(search: Search, row: Ints, apart: Floats, tolerances: Tolerances) -> Search:
