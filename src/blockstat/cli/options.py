@@ -604,11 +604,10 @@ def _status(call: Callable[[], Any], prog: str, interruptions: Interruptions | N
         print(f"{prog}: not enough memory for a scene of this size", file=sys.stderr)
         return 1
     except Exception as error:
-        if interruptions is not None and interruptions.came:
-            print(f"{prog}: interrupted", file=sys.stderr)
-            return INTERRUPTED
-        print(f"{prog}: internal error ({type(error).__name__}: {error}); please report it", file=sys.stderr)
-        return 1
+        came = interruptions is not None and interruptions.came
+        told = "interrupted" if came else f"internal error ({type(error).__name__}: {error}); please report it"
+        print(f"{prog}: {told}", file=sys.stderr)
+        return INTERRUPTED if came else 1
 
 
 def _from_printing(error: OSError) -> bool:
@@ -687,15 +686,13 @@ def drawn(**wanted: tuple[Callable[[Any, Path], Any], Any, Path | None]) -> Iter
     """
     files, refused = dict[str, str](), list[InputError | KeyboardInterrupt]()
     for key, (write, shown, path) in wanted.items():
-        if path is None:
+        if path is None or any(isinstance(error, KeyboardInterrupt) for error in refused):
             continue
         try:
             write(shown, path)
             files[key] = str(path)
         except (InputError, KeyboardInterrupt) as error:
             refused.append(error)
-            if isinstance(error, KeyboardInterrupt):
-                break
     yield files
     for error in refused:
         raise error
