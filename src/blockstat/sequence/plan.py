@@ -147,8 +147,7 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
 
 
 def _step(step: dict[str, Any], number: int) -> Step:
-    unknown = set(step) - set(STEP_KEYS)
-    if unknown:
+    if unknown := set(step) - set(STEP_KEYS):
         raise InputError(f"step {number}: {no_such('key', min(unknown), STEP_KEYS)}")
     return Step(*(check_names(f"step {number}: {key}", step.get(key, ())) for key in ("install", "hold", "in", "out")))
 
