@@ -272,7 +272,7 @@ def judge_all(
                 if progress is None or 0 not in rows:
                     raise
     # Those after one that is missing were the faster ones: they would say that fewer fall.
-    return [*takewhile(lambda row: row is not None, map(rows.get, range(draws)))]
+    return [rows[number] for number in takewhile(rows.__contains__, range(draws))]
 
 
 def _batches(trials: Trials, draws: int, rows: Mapping[int, Row], jobs: int | None) -> Iterator[list[Row]]:

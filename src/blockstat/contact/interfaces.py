@@ -385,7 +385,7 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs:
     for p in batches:
         size = assembly.size[p.pair].min(axis=1)
         area = clip.area(p.polygon, p.count)
-        extent = np.where(p.count > 0, _diameter(p.polygon, p.count), 0.0)
+        extent = np.where(p.count > 0, clip.diameter(p.polygon, p.count), 0.0)
         # A patch of almost a point has an area of rounding only: it is no wider than it is long.
         width = np.minimum(area / np.where(extent > 0, extent, 1.0), extent)
         wide = width > WIDTH * size
@@ -464,11 +464,3 @@ def _edges_that_touch(assembly: Assembly, found: Patches, kind: Ints, held: Patc
     apart |= in_gaps(assembly, contacts, held, ANGLE)
     kept = np.setdiff1d(np.arange(len(kind)), bare[apart])
     return (found, kind) if len(kept) == len(kind) else (found.take(kept), kind[kept])
-
-
-def _diameter(polygon: Floats, count: Ints) -> Floats:
-    """Diagonal of the box of each polygon."""
-    live = (np.arange(polygon.shape[1]) < count[:, None])[..., None]
-    top = np.where(live, polygon, -np.inf).max(axis=1)
-    bottom = np.where(live, polygon, np.inf).min(axis=1)
-    return np.linalg.norm(np.where(count[:, None] > 0, top - bottom, 0.0), axis=1)

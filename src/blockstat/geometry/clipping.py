@@ -173,3 +173,24 @@ def _closed(polygon: Floats, count: Ints) -> tuple[Floats, Floats]:
     live = np.arange(polygon.shape[1]) < count[:, None]
     filled = np.where(live[..., None], polygon, polygon[:, :1])
     return filled[..., 0], filled[..., 1]
+
+
+def diameter(polygon: Floats, count: Ints) -> Floats:
+    """Return the diagonal of the box of each polygon.
+
+    Parameters
+    ----------
+    polygon : array of float, shape (n, k, 2)
+        Corners, of which the first `count` are used.
+    count : array of int, shape (n,)
+        Numbers of corners.
+
+    Returns
+    -------
+    array of float, shape (n,)
+        Lengths in the unit of the corners; 0 without corners.
+    """
+    live = (np.arange(polygon.shape[1]) < count[:, None])[..., None]
+    top = np.where(live, polygon, -np.inf).max(axis=1)
+    bottom = np.where(live, polygon, np.inf).min(axis=1)
+    return np.linalg.norm(np.where(count[:, None] > 0, top - bottom, 0.0), axis=1)

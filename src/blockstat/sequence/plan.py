@@ -451,9 +451,8 @@ def assess_plan(
     judged = in_stretches(partial(_judged, whole, plan, flow, tilt), list(enumerate(states)), jobs, progress)
     verdicts, outcomes, falsework, tilts, any_way, seconds = zip(*judged, strict=True) if judged else ((),) * 6
     missing, done, least = len(states) - len(judged), replace(plan, steps=plan.steps[: len(judged)]), None
-    worst = next(
-        (own for own in outcomes if own is not Outcome.STABLE), Unfinished.STOPPED if missing else Outcome.STABLE
-    )
+    every = Unfinished.STOPPED if missing else Outcome.STABLE
+    worst = next((outcome for outcome in outcomes if outcome is not Outcome.STABLE), every)
     with suppress(*([] if progress is None else [KeyboardInterrupt])):
         least = least_friction(whole, states) if reserve and not missing else None
     given = whole.assembly.friction, least, sum(seconds), falsework, *((tilts, any_way) if tilt else ())

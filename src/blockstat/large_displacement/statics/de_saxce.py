@@ -99,6 +99,7 @@ def without_opening(
     None is returned where a program has no solution, or where the iteration does not converge.
     """
     lifted, changes = (1.0 + looseness) * first, list[float]()
+    before = dilatancy = lifted
     for _ in range(limits.programs):
         answer = solve_with(lifted)
         if answer.status.is_infeasible or answer.status.is_stalled:
