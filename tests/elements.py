@@ -10,14 +10,16 @@ from blockstat import find_interfaces
 from blockstat.contact.overlap.penetration import convex_blocks, overlaps
 
 
-def sound(assembly, *, convex: bool = False):
+def sound(assembly, *, convex: bool = False, plane: float = 1e-9):
     """The interfaces of an assembly whose joints close, whose blocks do not overlap and all touch another.
+
+    plane : by which share of a block faces of one plane may leave it, and joints be open.
 
     convex : whether every block must be convex. Overlaps of curved blocks are measured piece by piece, to rounding of
     the pieces.
     """
     faces = find_interfaces(assembly)
-    assert faces.gap[faces.kinds == 0].max() < 1e-9 * assembly.size.max()
+    assert faces.gap[faces.kinds == 0].max() < plane * assembly.size.max()
     assert not [d for d in faces.dropped if d.reason == "gap"]
     assert np.unique(faces.pair).tolist() == list(range(assembly.n_blocks))
     if convex:

@@ -368,7 +368,7 @@ def test_a_design_that_cannot_be_built_is_a_row_with_its_reason():
     result = search(scene_from(scene), verify=Verifier(), names=["windows.south.width"], strategy="paper")
     first = result.history[0]
     assert (first.static, first.dynamic) == ("error", "")
-    assert first.note.startswith("windows.south: 1 openings of 2.5 m")
+    assert first.note.startswith("windows.south: an opening of 2.5 m width does not fit 2 m")
     assert result.best_parameters == {"windows.south.width": 0.5}
 
 

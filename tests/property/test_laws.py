@@ -14,6 +14,8 @@ FEW = settings(max_examples=25, deadline=None)
 
 
 PUSH = st.sampled_from([(1, 0, 0), (0, 1, 0), (-0.6, 0.8, 0)])
+#: Subnormal numbers have a few digits only, and so has a limit that is proportional to one.
+FRICTION = st.floats(0.0, 1.5, allow_subnormal=False)
 
 
 def rebuilt(asm, vertices, order=None, *, mirrored=False):
@@ -120,7 +122,7 @@ def test_one_more_support_never_destabilises(scene, push, pick):
 
 
 @FEW
-@given(SCENE, PUSH, st.floats(0.0, 1.5), st.floats(0.0, 1.5))
+@given(SCENE, PUSH, FRICTION, FRICTION)
 @example(SCENES[0], (-0.6, 0.8, 0), 0.0, 1.5e-301)
 def test_less_friction_never_stabilises(scene, push, one, two):
     asm = posed(scene)
