@@ -203,7 +203,7 @@ def check_assembly(what: str, value: Any) -> None:
         return
     shown = f", {str(value)!r}" if isinstance(value, (str, PathLike)) else ""
     made = "blockstat.read makes one of a file, blockstat.build of a scene"
-    raise InputError(f"{what} is a {type(value).__name__}{shown}; it must be an Assembly: {made}")
+    raise InputError(f"{what} is {with_article(type(value).__name__)}{shown}; it must be an Assembly: {made}")
 
 
 def no_such(what: str, given: Any, existing: Iterable[str], *, plural: str = "", limit: int = 20) -> InputError:

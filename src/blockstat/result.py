@@ -29,7 +29,7 @@ class Sentence(Enum):
 class Unfinished(Sentence):
     """The answer on several things, one after the other, where an interrupt came before the last."""
 
-    STOPPED = "Stopped: an interrupt came before all of them were judged."
+    STOPPED = "Stopped: an interrupt came before every step was judged."
 
 
 class Result:

@@ -315,6 +315,13 @@ def test_the_arrays_of_an_assembly_cannot_be_written_to(name, of):
         getattr(of(made), name)[...] = 0
 
 
+@pytest.mark.parametrize("name", ["bounds", "face_bounds"])
+def test_the_boxes_of_an_assembly_cannot_be_written_to(name):
+    for bound in getattr(single(box((0, 0, 0), (1, 1, 1))), name):
+        with pytest.raises(ValueError, match="read-only"):
+            bound[...] = 0
+
+
 def test_an_array_that_an_assembly_is_given_stays_its_owners():
     made = single(box((0, 0, 0), (1, 1, 1)))
     own = 2 * made.vertices

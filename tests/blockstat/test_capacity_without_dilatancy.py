@@ -108,4 +108,26 @@ def test_where_any_joint_of_a_stack_may_slide_the_top_one_takes_it_all():
     assert curve.outcome.word == "zero"
     assert curve.displacement[-1] == pytest.approx(0.5, rel=1e-6)
     assert curve.displacement[curve.upper > 0.2 - 1e-6].max() == pytest.approx(0.45, rel=1e-4)
-    assert any('"b0" and "b1", "b1" and "b2". Followed is the slip of "b1" and "b2" alone' in w for w in curve.warnings)
+    assert any(
+        '"b0" and "b1", "b1" and "b2". The path follows the slip between "b1" and "b2" alone' in w
+        for w in curve.warnings
+    )
+
+
+def interrupted(*_, **__):
+    raise KeyboardInterrupt
+
+
+def test_an_interrupt_of_the_last_question_keeps_the_curve(monkeypatch):
+    monkeypatch.setattr("blockstat.large_displacement.self_stress.coulomb_state", interrupted)
+    curve = capacity(slot("left"), [("s", (0.5, 0, 0.05), (0, 1e3, 0))], control="s", displacement=0.1, steps=3)
+    assert curve.outcome.word == "reached"
+    assert any("interrupted before it was known" in text for text in curve.warnings)
+
+
+def test_an_interrupt_while_the_reason_of_an_error_is_sought_makes_no_figure(monkeypatch):
+    monkeypatch.setattr("blockstat.analysis.coulomb.coulomb_state", interrupted)
+    blocks = [GROUND, box((0, 0, 0), (2, 1, 0.4), name="s"), box((-3, -3, 0.4), (4, 3, 1), name="ceiling")]
+    locked = Assembly.from_blocks(blocks, supports=["ground", "ceiling"], friction=0.5, density=DENSITY)
+    with pytest.raises(KeyboardInterrupt):
+        capacity(locked, ALONG, control="s")

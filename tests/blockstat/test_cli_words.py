@@ -577,7 +577,7 @@ def test_an_interrupt_leaves_the_steps_of_a_plan_that_are_judged(run, tower, mon
         assert [step["verdict"] for step in told["steps"]] == ["stable", "stable"]
     else:
         first, head, stable, _tilt, _file = out.splitlines()
-        assert first == "Stopped: an interrupt came before all of them were judged."
+        assert first == "Stopped: an interrupt came before every step was judged."
         assert head.startswith("plan: 2 of 3 steps, at most 0 held")
         assert stable == "Each of these is stable."
 

@@ -25,6 +25,8 @@ from blockstat import (
     write,
 )
 from blockstat.analysis import limit_load as limit_loads
+from blockstat.cli.commands import app
+from blockstat.system.process import INTERRUPTED
 from evidence.scenes.small import prism, stack
 
 
@@ -128,6 +130,31 @@ def test_an_interrupt_keeps_the_directions_that_were_looked_at():
     assert low <= 0.25 <= high <= 0.5  # across, which was not looked at
     assert "only some directions" in found.explain()
     assert "45 deg" in found.explain()
+
+
+def test_each_direction_says_that_it_hangs_on_the_joint_tolerance():
+    # A wall touches the block at +x, where it bears any push; another is 12 mm away at -y, beyond the tolerance.
+    blocks = [box((-2, -2, -1), (3, 3, 0)), box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 2))]
+    blocks.append(box((0, -1.012, 0), (1, -0.012, 1)))
+    found = limit_load_by_direction(Assembly.from_blocks(blocks, supports=[0, 2, 3]), 4, refine=False)
+    assert found.limits[0].outcome is LoadOutcome.UNBOUNDED
+    assert [text for text in found.warnings if "not taken" in text]
+
+
+def test_the_command_ends_as_interrupted_where_directions_are_missing(run_command, tmp_path, monkeypatch):
+    asked = []
+
+    def limited(*arguments, **options):
+        asked.append(arguments)
+        if len(asked) == 3:
+            raise KeyboardInterrupt
+        return limit_load(*arguments, **options)
+
+    monkeypatch.setattr("blockstat.studies.directions.limit_load", limited)
+    file = write(slab(friction=2.0), tmp_path / "slab.json")
+    status, out, err = run_command(app, "blockstat", "limit", file, "--directions", 8)
+    assert (status, err[-12:]) == (INTERRUPTED, "interrupted\n")
+    assert "Least so far: 0.35" in out  # of +x and 45 degrees, where it is .25 / sin(45)
 
 
 def test_blocks_that_touch_nothing_have_no_directions():

@@ -71,3 +71,14 @@ def test_a_scene_with_bad_stages_or_random_variables_is_named(tmp_path, run_comm
     status, _, said = run_command(app, "blockstat", command, path, *more)
     assert status == 2
     assert f"blockstat: {path}{sentence}" in " ".join(said.split())
+
+
+def test_a_scene_is_not_blamed_for_another_file(tmp_path, run_command):
+    from blockstat.cli.commands import app
+
+    path, draws = tmp_path / "gate.toml", tmp_path / "draws.jsonl"
+    path.write_text(SCENE + f"[uncertain.friction]\n{NORMAL}deviation = 0.1")
+    draws.write_text('{"draws": "blockstat reliability", "of": "another"}\n')
+    status, _, said = run_command(app, "blockstat", "reliability", path, "--draws", 5, "-o", draws)
+    assert status == 2
+    assert said.startswith(f"blockstat: {draws}")

@@ -317,7 +317,7 @@ def test_joints_that_are_almost_taken_are_told_where_the_verdict_is_not_stable()
     assert gap_warnings(problem, more_may_help=False) == []
     (text,) = gap_warnings(problem, more_may_help=True)
     assert text.startswith("near joints that were not taken: 2 (gap tolerance 0.01")
-    assert 'the closest "ground" to "c0" with 0.011 m: a larger tolerance may change the verdict' in text
+    assert 'the closest "ground" to "c0" with 0.011 m: a larger tolerance may change the answer' in text
 
 
 def test_joints_that_do_not_quite_close_are_counted():

@@ -415,10 +415,10 @@ def test_an_interrupt_leaves_the_steps_that_were_carried_out(run, building, tmp_
         assert [row["verdict"] for row in told["steps"]] == ["stands"] * step
     else:
         first, head, stands, *_ = out.splitlines()
-        assert first == "Stopped: an interrupt came before all of them were judged."
+        assert first == "Stopped: an interrupt came before every step was judged."
         assert head.startswith(f"plan: {step} of 3 steps, ")
         assert stands.startswith("Each of these stands; ")
-        assert "Statics were not asked: interrupted." in out
+        assert "Statics: no answer, interrupted." in out
 
 
 @pytest.mark.parametrize("as_json", [False, True])
@@ -434,7 +434,7 @@ def test_an_interrupt_of_the_statics_leaves_the_run_in_bullet(run, building, mon
         assert (told["verdict"], told["missing"], told["statics"], len(told["steps"])) == ("stands", 0, None, 3)
     else:
         assert "Every step stands; " in out
-        assert out.splitlines()[-1] == "Statics were not asked: interrupted."
+        assert out.splitlines()[-1] == "Statics: no answer, interrupted."
 
 
 def test_the_steps_that_are_carried_out_are_counted_meanwhile(run, building, monkeypatch):

@@ -98,7 +98,7 @@ def test_the_verdict_on_a_rough_wall_does_not_depend_on_order_or_place(folder, w
 @pytest.mark.parametrize("gap", [0.01, 0.05, "1 mm", "2 mm", "3 mm"])
 def test_a_verdict_on_joints_that_a_tolerance_made_says_so(folder, wall, gap):
     verdict = assess(read(folder / f"{wall}.json"), gap=gap)
-    words = {"stable": "do not quite close", "unstable": "a larger tolerance may change the verdict"}
+    words = {"stable": "do not quite close", "unstable": "a larger tolerance may change the answer"}
     assert verdict.outcome.word == "undecided" or any(words[verdict.outcome.word] in text for text in verdict.warnings)
 
 

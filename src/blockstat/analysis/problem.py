@@ -528,7 +528,7 @@ def gap_warnings(problem: Problem, *, more_may_help: bool) -> list[str]:
         a, b = assembly.names[least.a], assembly.names[least.b]
         found.append(
             f"near joints that were not taken: {len(near)} (gap tolerance {gap_words(gap)}), the closest "
-            f'"{a}" to "{b}" with {beyond(least.value, least.limit)} m: a larger tolerance may change the verdict'
+            f'"{a}" to "{b}" with {beyond(least.value, least.limit)} m: a larger tolerance may change the answer'
         )
     loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)
     if loose.any():

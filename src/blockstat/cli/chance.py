@@ -125,11 +125,11 @@ def reliability_command(
     if as_json:
         first = {} if point is None else {"first_order": point.summary()}
         print_json({"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **first})
-        return
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units, gap=near)}")
-    if point is not None:
-        typer.echo(point.explain())
-    typer.echo(found.explain())
+    else:
+        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units, gap=near)}")
+        typer.echo("\n".join(own.explain() for own in (point, found) if own is not None))
+    if found.stopped:
+        raise KeyboardInterrupt  # some draws are missing
 
 
 def _of_scene(file: Path | None, call: Callable[[], T]) -> T:
@@ -139,7 +139,7 @@ def _of_scene(file: Path | None, call: Callable[[], T]) -> T:
     try:
         return call()
     except InputError as error:
-        if file is None or any(str(text).startswith(str(file)) for text in error.args):
+        if file is None or not all(str(text).startswith("uncertain") for text in error.args):
             raise
         keys = (re.sub('^uncertain "([^"]*)"', r"uncertain.\1", str(text)) for text in error.args)
         raise located(file, type(error)(*keys)) from None

@@ -116,10 +116,12 @@ def over_the_horizon(
         if as_json:
             echo = inputs(assembly, units=units, gap=gap) | ({"case": acting.name} if acting else {})
             print_json({"file": str(file), **echo, **found.summary(), **files})
-            return
-        basis = said(assembly, units=units, gap=gap)
-        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
-        written(files)
+        else:
+            basis = said(assembly, units=units, gap=gap)
+            typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
+            written(files)
+    if found.stopped:
+        raise KeyboardInterrupt  # some directions are missing
 
 
 def friction_command(

@@ -248,13 +248,15 @@ class Polyhedra(ReadOnly):
     def bounds(self) -> tuple[Floats, Floats]:
         """Lower and upper corners of the axis-aligned box of each block, each shape (n_blocks, 3) [m]."""
         first = self.vertex_start[:-1]
-        return np.minimum.reduceat(self.vertices, first), np.maximum.reduceat(self.vertices, first)
+        low, high = (bound.reduceat(self.vertices, first) for bound in (np.minimum, np.maximum))
+        return read_only(low), read_only(high)
 
     @cached_property
     def face_bounds(self) -> tuple[Floats, Floats]:
         """Lower and upper corners of the axis-aligned box of each face, each shape (n_faces, 3) [m]."""
         corners, first = self.vertices[self.face_vertices], self.face_start[:-1]
-        return np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first)
+        low, high = (bound.reduceat(corners, first) for bound in (np.minimum, np.maximum))
+        return read_only(low), read_only(high)
 
     @property
     def vertex_block(self) -> Ints:

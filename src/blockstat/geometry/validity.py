@@ -88,7 +88,7 @@ def _surfaces(blocks: Polyhedra, block: int, label: np.ndarray) -> list[tuple[np
     surfaces = []
     for own in (faces[label == one] for one in np.unique(label)):
         corners = np.concatenate([blocks.face_vertices[slice(*blocks.face_start[f : f + 2])] for f in own])
-        start = np.concatenate([[0], np.cumsum(np.diff(blocks.face_start)[own])])
+        start = np.concatenate([[0], np.cumsum(blocks.face_start[own + 1] - blocks.face_start[own])])
         place = blocks.vertices[corners]
         volume = float(integrals(place, start, np.zeros(len(own), dtype=np.int64), 1).volume[0])
         if abs(volume) > FLAT * float(blocks.volume[block]):

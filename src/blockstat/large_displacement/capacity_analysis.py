@@ -169,7 +169,7 @@ def capacity(
     ]
     if record.outcome is not CapacityOutcome.INTERRUPTED and _may_hold_by_self_stress(linkage):
         own = (limit.assembly, *wrenches, limit.interfaces, solver)
-        told += warning_of_self_stress(*own, record.points[0].lower)
+        told += _kept_curve(lambda: warning_of_self_stress(*own, record.points[0].lower))
     seconds = {"limit": limit.timings["total"], "total": process_time() - began}
     return CapacityCurve(
         outcome=record.outcome,
@@ -222,6 +222,14 @@ def _linkage_that_begins(
     alone = replace(limit, mechanism=unit_motion(limit.assembly, motion), upper=max(limit.upper, own))
     linkage = linkage_at_rest(structure, alone.mechanism, control, associated=associated)
     return replace(linkage, left_at_rest=left), alone
+
+
+def _kept_curve(warning: Callable[[], list[str]]) -> list[str]:
+    """What a last question tells; an interrupt ends the question, and the curve is kept."""
+    try:
+        return warning()
+    except KeyboardInterrupt:
+        return ["interrupted before it was known whether the curve begins by self-stress alone"]
 
 
 def _may_hold_by_self_stress(linkage: Linkage) -> bool:

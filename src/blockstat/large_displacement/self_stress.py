@@ -45,7 +45,7 @@ def carried_without_self_stress(
     if assembly.n_blocks > IMPLICIT_ABOVE:
         return None
     options: dict[str, Any] = {"loads": dead, "interfaces": interfaces, "solver": solver}
-    return limit_load(assembly, live, flow="coulomb", progress=lambda *_: None, **options).coulomb
+    return limit_load(assembly, live, flow="coulomb", **options).coulomb
 
 
 def warning_of_self_stress(

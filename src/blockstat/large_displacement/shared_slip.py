@@ -109,6 +109,6 @@ def _told(linkage: Linkage, joints: Ints, joint: int) -> str:
 
     names = listed([called(k) for k in joints.tolist()], MOST_NAMES)
     return (
-        f"without dilatancy the slip may be shared by several joints in any way: {names}. Followed is the slip of "
-        f"{called(joint)} alone, whose faces leave each other first; other shares lead to another end"
+        f"without dilatancy the slip may be shared by several joints in any way: {names}. The path follows the slip "
+        f"between {called(joint)} alone, whose faces part first; another share of the slip may end elsewhere"
     )

@@ -160,7 +160,8 @@ class DirectionalLimits(Result):
                 f"Least without dilatancy, of {known} directions: {below:.5g} to {above:.5g} "
                 f"towards {self.names[weakest]}, in the kind of joints that carries least."
             )
-        lines.append(f"Least{basis}: {self.least.upper:.6g} towards {self.names[self.weakest]}.")
+        least = "Least so far" if self.stopped else "Least"
+        lines.append(f"{least}{basis}: {self.least.upper:.6g} towards {self.names[self.weakest]}.")
         lines.append(f"Over the whole horizon{basis}: {low:.6g} <= least multiplier <= {high:.6g}")
         return lines if basis else [*lines, DILATES]
 
@@ -285,8 +286,8 @@ def limit_load_by_direction(
         for angle in _to_look_at(directions, angles, limits, axes, refine):
             towards = _towards(axes, angle)
             found = limit_load(assembly, towards, **options)
-            angles.append(angle)
             limits.append(found)
+            angles.append(angle)
             if progress is not None:
                 progress(len(limits), _name(angle, towards), found)
             if found.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:  # so it is in every direction
@@ -294,20 +295,22 @@ def limit_load_by_direction(
                 limits = [found] * directions
                 break
     except KeyboardInterrupt:
-        if progress is None or not limits:
+        if progress is None or not angles:
             raise
-        stopped = True
+        stopped, limits = True, limits[: len(angles)]
     first = limits[0]
     stands = first.outcome is not LoadOutcome.DEAD_LOAD_UNSTABLE
     low, high, _ = _least(angles, limits, axes) if stands else (-np.inf, first.upper, 0.0)
     order = np.argsort(angles, kind="stable")
+    # Those of a direction that is undecided are told with its name.
+    told = [text for limit in limits if limit is first or limit.outcome not in OPEN for text in limit.warnings]
     return DirectionalLimits(
         angles=np.array(angles)[order],
         directions=np.array([_towards(axes, angles[k]) for k in order]),
         limits=tuple(limits[k] for k in order),
         horizon=(low, high),
         assembly=first.assembly,
-        warnings=tuple(dict.fromkeys([*problem.warnings, *first.warnings])),
+        warnings=tuple(dict.fromkeys([*problem.warnings, *told])),
         stopped=stopped,
     )
 

@@ -156,10 +156,13 @@ def _flat_regions(solid: Polyhedra, label: Ints, sides: Ints, tolerance: Floats)
     block = solid.face_block[ends[:, 0]]
     begin = _may_be_one(solid, label, ends, tolerance[block])
     order = np.argsort(label, kind="stable")
+    faces = order, label[order]
+    by_block = np.argsort(block, kind="stable")
+    ends, block, begin = ends[by_block], block[by_block], begin[by_block]
     for one in np.unique(block[begin]):
-        own = block == one
-        found = _Regions(solid, label, order, float(tolerance[one]))
-        for region, into in _cluster(found, ends[own], ends[own & begin]):
+        own = slice(*np.searchsorted(block, [one, one + 1]))
+        found = _Regions(solid, faces, len(label), float(tolerance[one]))
+        for region, into in _cluster(found, ends[own], ends[own][begin[own]]):
             merged[region] = into
     return merged[label]
 
@@ -221,16 +224,15 @@ def _cluster(regions: _Regions, ends: Ints, begin: Ints) -> list[tuple[int, int]
 class _Regions:
     """The regions of a block that may be merged, each made when it is asked for."""
 
-    def __init__(self, solid: Polyhedra, label: Ints, order: Ints, tolerance: float) -> None:
-        self._solid, self._order, self._tolerance = solid, order, tolerance
-        self._sorted = label[order]
+    def __init__(self, solid: Polyhedra, faces: tuple[Ints, Ints], new: int, tolerance: float) -> None:
+        """Begin with faces sorted by their region, these regions, and the number of the first that is made."""
+        self._solid, self._faces, self._next, self._tolerance = solid, faces, new, tolerance
         self._known: dict[int, _Region] = {}
-        self._next = len(label)
 
     def __getitem__(self, number: int) -> _Region:
         if number not in self._known:
-            first, last = np.searchsorted(self._sorted, [number, number + 1])
-            self._known[number] = self._made(self._order[first:last])
+            faces, regions = self._faces
+            self._known[number] = self._made(faces[slice(*np.searchsorted(regions, [number, number + 1]))])
         return self._known[number]
 
     def _made(self, faces: Ints) -> _Region:

@@ -79,7 +79,7 @@ def sequence(
         compared = None if interrupted else _beside(assembly, found, near)
         interrupted = compared is None
         summary["statics"] = compared and compared.summary()
-        lines.append("Statics were not asked: interrupted." if compared is None else compared.explain())
+        lines.append("Statics: no answer, interrupted." if compared is None else compared.explain())
     with drawn(output=(write_run, found.run, output)) as files:
         if as_json:
             print_json(summary | files)

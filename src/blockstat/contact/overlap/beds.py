@@ -152,7 +152,7 @@ def with_sunk(search: Search, known: Contacts, patches: Patches, tolerances: Tol
     Returns
     -------
     Contacts
-        With edges and corners across beds, at the beds and in the middle of the overlap of each.
+        The contacts, with those edges and corners; each lies in its bed, in the middle of the overlap.
     """
     deep = np.flatnonzero(known.kind == ContactKind.FACE)
     deep = deep[known.patches.overlap[deep] > search.rounding[known.row[deep]]]
@@ -187,7 +187,7 @@ def with_sunk(search: Search, known: Contacts, patches: Patches, tolerances: Tol
 def _beside_walls(search: Search, row: Ints, beds: Patches) -> np.ndarray:
     """Whether a face of the lower block of a bed may rise beside it by more than the overlap, or one of the upper sink.
 
-    Judged by boxes, so that it is said too often.
+    Judged by bounding boxes, so it keeps some beds that have no wall.
     """
     walls = np.zeros(len(row), dtype=bool)
     corner = np.repeat(beds.origin, beds.count, axis=0)

@@ -37,9 +37,9 @@ from blockstat.solve.answer import Answer, EarlyEnd, Status
 from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats
 
-#: Where joints slide without opening they may overlap by this share of friction times slip, which the projection of a
-#: step takes away. Forces that press a wedge although no load does would do work in that, and give up. Chosen: ten
-#: times below what the fixed point leaves, the walls of a slot kept their thrust at rest.
+#: Where joints slide without opening they may overlap by this share of friction times slip. A thrust that no load
+#: causes would do work in that overlap, and vanishes. The projection of a step then closes the overlap. Chosen: at a
+#: tenth of it the walls of a slot still kept their thrust at rest.
 LOOSENESS = 0.01
 
 
