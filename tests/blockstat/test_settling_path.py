@@ -469,7 +469,7 @@ def test_a_lintel_may_slide_on_its_shorter_bearing_alone(left, right):
     (shared, *_) = path.warnings
     assert 'by several joints in any way: "left" and "lintel", "right" and "lintel"' in shared
     if left != right:
-        assert f'the slip of "{"left" if left < right else "right"}" and "lintel" alone' in shared
+        assert f'the slip between "{"left" if left < right else "right"}" and "lintel" alone' in shared
 
 
 def test_a_lintel_slides_where_it_is_smoother():
