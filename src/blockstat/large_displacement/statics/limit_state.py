@@ -8,6 +8,7 @@ Where no multiplier is carried, blocks fall along the motion of steepest descent
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -37,9 +38,10 @@ from blockstat.solve.answer import Answer, EarlyEnd, Status
 from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats
 
-#: Where joints slide without opening they may overlap by this share of friction times slip. A thrust that no load
-#: causes would do work in that overlap, and vanishes. The projection of a step then closes the overlap. Chosen: at a
-#: tenth of it the walls of a slot still kept their thrust at rest.
+#: Where joints slide without opening a second program lets them overlap by this share of friction times slip. A thrust
+#: that no load causes would do work in that overlap, and vanishes. Forces that a load causes lose no more of the
+#: multiplier than this share of the power of friction. So where twice that is lost, the second program is followed; a
+#: step then closes the overlap. Chosen: at a tenth of it the walls of a slot still kept their thrust at rest.
 LOOSENESS = 0.01
 
 
@@ -100,10 +102,20 @@ def limit_state(
         return (program.matrix.T @ answer.twist).reshape(-1, 3)[: program.n_points]
 
     limits = ROUGH if guess is None else FROM_GUESS
-    how = {"accept_last": True, "looseness": LOOSENESS}
-    found = None if associated else without_opening(program, own.solve, rates_of, first, limits, **how)
-    if found is None and first.any():
-        found = without_opening(program, own.solve, rates_of, none, ROUGH, **how)
+
+    def sliding(looseness: float) -> tuple[Answer, Floats] | None:
+        options: dict[str, Any] = {"accept_last": True, "looseness": looseness}
+        found = without_opening(program, own.solve, rates_of, first, limits, **options)
+        if found is None and first.any():
+            found = without_opening(program, own.solve, rates_of, none, ROUGH, **options)
+        return found
+
+    found = None if associated else sliding(0.0)
+    if found is not None:
+        pressed = found[0].force[: program.n_points, 0] @ uplift(program, rates_of(found[0]))
+        loose = sliding(LOOSENESS)
+        if loose is not None and found[0].multiplier - loose[0].multiplier > 2.0 * LOOSENESS * float(pressed):
+            found = loose  # more is lost than the overlap costs: the rest was a thrust that no load causes
     answer, opening = found or (own.solve(none), None)
     if answer.status.is_infeasible or answer.status.is_stalled:
         fall = steepest_descent(problem, program, answer, own.live)
