@@ -10,16 +10,17 @@ from blockstat import find_interfaces
 from blockstat.contact.overlap.penetration import convex_blocks, overlaps
 
 
-def sound(assembly, *, convex: bool = False, plane: float = 1e-9):
+def sound(assembly, *, convex: bool = False):
     """The interfaces of an assembly whose joints close, whose blocks do not overlap and all touch another.
 
-    plane : by which share of a block faces of one plane may leave it, and joints be open.
+    Joints may be open by the rounding of single precision: faces that are bent by less are one in the search.
 
     convex : whether every block must be convex. Overlaps of curved blocks are measured piece by piece, to rounding of
     the pieces.
     """
     faces = find_interfaces(assembly)
-    assert faces.gap[faces.kinds == 0].max() < plane * assembly.size.max()
+    extent = np.ptp(assembly.vertices, axis=0).max()
+    assert faces.gap[faces.kinds == 0].max() < np.finfo(np.float32).eps * extent
     assert not [d for d in faces.dropped if d.reason == "gap"]
     assert np.unique(faces.pair).tolist() == list(range(assembly.n_blocks))
     if convex:
