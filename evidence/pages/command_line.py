@@ -44,7 +44,8 @@ Written by `make evidence ONLY=command-line` from the commands themselves; `--he
 statics and `dynsim` is Bullet. `python -m blockstat` and `python -m dynsim` do the same.
 
 A FILE is a scene (`.toml`), an assembly (`.json`, COMPAS too), or a mesh (`.obj`, `.glb`, `.stl`, `.ply`, or a folder
-of them). A mesh does not say which blocks are supports: give `--supports NAME,...`. Lengths are metres unless
+of them). A mesh does not say which blocks are supports: give `--supports NAME,...`, or
+`--supports lowest` for those that reach down to the lowest corner. Lengths are metres unless
 `--units` says otherwise, and z points up (in GLB y) unless `--up` does. `--json` prints one JSON object on standard
 output; progress goes to standard error.
 

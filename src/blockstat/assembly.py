@@ -24,7 +24,7 @@ from blockstat.errors import (
     known_options,
     no_such,
 )
-from blockstat.geometry.polyhedron import Polyhedra, read_only
+from blockstat.geometry.polyhedron import Polyhedra, reach_down, read_only
 from blockstat.geometry.validity import check_geometry
 from blockstat.joint import JointLaw, Tie, check_laws
 from blockstat.system.reading import check_words
@@ -33,6 +33,7 @@ from blockstat.typing import Floats, Ints
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 DENSITY = 2691.0  #: kg/m3, the default of the procedural-masonry paper
 FRICTION = 0.7
+LOWEST = "lowest"  #: stands for the supports that reach down to the lowest corner
 
 # The C library returns freed memory to the system beyond twice the largest piece freed so far (32 MiB at most). Asking
 # for it again takes a fifth of a search for joints. A piece to which nothing is written makes the library keep some.
@@ -116,7 +117,8 @@ class Assembly(Polyhedra):
         blocks : iterable of Block
             The blocks, at least one.
         supports : iterable of int or str, optional
-            Numbers or names of the blocks that cannot move.
+            Numbers or names of the blocks that cannot move. "lowest" stands for all that reach down to the lowest
+            corner, along gravity and within a hundredth of their own extent, unless a block has that name.
         name : str, optional
             Name of the assembly.
         density : float, optional
@@ -159,7 +161,7 @@ class Assembly(Polyhedra):
         check_words("the group of block", tuple(str(block.group) for block in blocks))
         check_words("assembly", (name,))
         given = [density if b.density is None else b.density for b in blocks]
-        vertices, densities, support, rubbing, pull = gathered(
+        vertices, densities, (support, lowest), rubbing, pull = gathered(
             (
                 partial(_vertex_arrays, blocks, names),
                 lambda: gathered(partial(check_density, label, own) for label, own in zip(names, given, strict=True)),
@@ -174,17 +176,18 @@ class Assembly(Polyhedra):
         corners = np.concatenate([flat + start for (flat, _), start in zip(faces, vertex_start[:-1], strict=True)])
         used, corners = np.unique(corners, return_inverse=True)
         face_start = np.concatenate([[0], np.cumsum(np.concatenate(sides))])
+        points, vertex_start = np.concatenate(vertices)[used], np.searchsorted(used, vertex_start)
         assembly = cls(
             name=name,
-            vertices=np.concatenate(vertices)[used],
-            vertex_start=np.searchsorted(used, vertex_start),
+            vertices=points,
+            vertex_start=vertex_start,
             face_vertices=corners,
             face_start=face_start,
             face_block=np.repeat(np.arange(len(blocks)), [len(count) for count in sides]),
             names=tuple(names),
             groups=tuple(b.group for b in blocks),
             density=np.array(densities),
-            support=support,
+            support=support | reach_down(points, vertex_start, pull) if lowest else support,
             friction=rubbing,
             gravity=pull,
             metadata=dict(metadata or {}),
@@ -524,10 +527,12 @@ def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, 
     return np.array(gathered(partial(number, block) for block in asked), dtype=np.int64)
 
 
-def _support_mask(supports: Iterable[int | str], names: Sequence[str]) -> np.ndarray:
-    mask = np.zeros(len(names), dtype=bool)
-    mask[block_indices(names, supports, "supports")] = True
-    return mask
+def _support_mask(supports: Iterable[int | str] | int | str, names: Sequence[str]) -> tuple[np.ndarray, bool]:
+    """Which blocks are supports by name or number, and whether the lowest are, too."""
+    given = list(supports) if isinstance(supports, Iterable) and not isinstance(supports, str) else [supports]
+    named = [block for block in given if block != LOWEST or LOWEST in names]
+    mask = np.isin(np.arange(len(names)), block_indices(names, named, "supports"))
+    return mask, len(named) < len(given)
 
 
 def _densities(given: Any, names: Sequence[str]) -> Floats:

@@ -329,3 +329,29 @@ def test_an_array_that_an_assembly_is_given_stays_its_owners():
     own *= 2
     assert larger.volume == pytest.approx(8.0)
     assert larger.with_(density=1.0).vertices is larger.vertices
+
+
+def test_the_lowest_blocks_are_supports():
+    piers = [box((x, 0, 0), (x + 1, 1, 3), name=f"pier{x}") for x in (0, 4)]
+    beam = box((0, 0, 3), (5, 1, 4), name="beam")
+
+    def held(*blocks, supports="lowest", **options):
+        asm = Assembly.from_blocks(blocks, supports=supports, **options)
+        return {asm.names[i] for i in np.flatnonzero(asm.support)}
+
+    assert held(*piers, beam) == held(beam, *piers, supports=["lowest"]) == {"pier0", "pier4"}
+    # A pier of 3 x 1 x 1 m is 3.317 m across its corners: 33 mm higher is as low, 34 mm are not.
+    for rise, found in ((0.033, {"pier0", "pier4"}), (0.034, {"pier0"})):
+        raised = box((4, 0, rise), (5, 1, 3 + rise), name="pier4")
+        assert held(piers[0], raised, beam) == found
+    # Gravity says what is down; along x, the pier at x = 0 and the end of the beam above it.
+    assert held(*piers, beam, gravity=(-9.81, 0, 0)) == {"pier0", "beam"}
+    assert held(*piers, beam, gravity=(0, 0, 9.81)) == {"beam"}
+    assert held(*piers, beam, supports=["beam", "lowest"]) == {"pier0", "pier4", "beam"}
+    # A block of that name is meant before anything else.
+    assert held(*piers, replace(beam, name="lowest")) == {"lowest"}
+    with pytest.raises(InputError, match='supports: no block "lowst"'):
+        held(*piers, beam, supports=["lowst"])
+    # A corner that no face has is no corner of the block.
+    stray = Block(np.vstack([beam.vertices, [0, 0, -9]]), beam.faces, "beam")
+    assert held(*piers, stray) == {"pier0", "pier4"}

@@ -199,6 +199,8 @@ def test_mesh_without_supports_says_what_to_do(tmp_path):
     with pytest.raises(InputError, match="a mesh does not say which blocks are supports"):
         read(path)
     assert assess(read(path, supports=["ground"])).outcome.word == "stable"
+    lowest = read(path, supports=["lowest"])
+    assert [lowest.names[i] for i in np.flatnonzero(lowest.support)] == ["ground"]
 
 
 @pytest.mark.parametrize(("wrong", "words"), [

@@ -146,7 +146,7 @@ def _no_supports(data):
         (_open, 'block "top": its surface is open'),
         (_bad_matrix, 'model: a "compas.geometry/Rotation" is neither a 4 by 4 matrix nor a frame'),
         (_lost_element, 'tree: no element "nobody"'),
-        (_no_supports, "the file does not say which blocks are supports; give their names or numbers (blocks: base, "),
+        (_no_supports, "the file does not say which blocks are supports; give their names or numbers"),
     ],
 )
 def test_bad_compas_files(files, tmp_path, spoil, expected):

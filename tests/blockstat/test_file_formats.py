@@ -261,8 +261,8 @@ def test_supports_are_those_given_or_else_those_that_a_file_marks():
     with pytest.raises(NoSupportError) as caught:
         chosen_supports([], None, names, "it")
     assert str(caught.value) == (
-        "it does not say which blocks are supports; give their names or numbers "
-        "(blocks: a, block1, c, d, e, f, g, h and 12 more)"
+        'it does not say which blocks are supports; give their names or numbers, or "lowest" for those that reach '
+        "down to the lowest corner (blocks: a, block1, c, d, e, f, g, h and 12 more)"
     )
     with pytest.raises(NoSupportError, match=r"\(blocks: a, block1, c, d, e, f, g, h\)$"):
         chosen_supports([], None, names[:8], "it")

@@ -38,7 +38,7 @@ Tilt = Annotated[
 ]
 Supports = Annotated[
     str | None,
-    typer.Option(metavar="NAME,...", help="Blocks that cannot move, by name or number, in place of the file's."),
+    typer.Option(metavar="NAME,...", help="Names or numbers of blocks that cannot move; lowest for those at the bottom."),
 ]
 Units = Annotated[
     str | None, typer.Option(help="Of the coordinates in the file, converted to metres: m, dm, cm, mm, in or ft.")

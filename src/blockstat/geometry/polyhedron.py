@@ -18,6 +18,8 @@ from blockstat.typing import Floats, Ints
 #: A face that is narrower than this share of the size of its block may have a normal of rounding, and is then taken to
 #: lie in the plane of a neighbour.
 NARROW = 1e-6
+#: Of two levels that differ by no more than this fraction of a block, neither is lower.
+LEVEL = 0.01
 
 
 def members(first: Ints, count: Ints) -> tuple[Ints, Ints]:
@@ -425,3 +427,26 @@ def point_velocity(blocks: Polyhedra, twist: Floats, block: Ints, point: Floats)
     """
     velocity: Floats = twist[block, :3] + np.cross(twist[block, 3:], point - blocks.centroid[block])
     return velocity
+
+
+def reach_down(vertices: Floats, start: Ints, gravity: Floats) -> np.ndarray:
+    """Return which blocks reach down to the lowest corner of all.
+
+    Parameters
+    ----------
+    vertices : array of float, shape (n_vertices, 3)
+        Corners [m].
+    start : array of int, shape (n_blocks + 1,)
+        First corner of each block, and their number.
+    gravity : array of float, shape (3,)
+        Points downwards; not zero.
+
+    Returns
+    -------
+    array of bool, shape (n_blocks,)
+        True for those whose lowest corner is no higher than that of all by more than `LEVEL` of their own extent.
+    """
+    up = -gravity / np.linalg.norm(gravity)
+    bottom = np.minimum.reduceat(vertices @ up, start[:-1])
+    lower, upper = (own.reduceat(vertices, start[:-1]) for own in (np.minimum, np.maximum))
+    return bottom <= bottom.min() + LEVEL * np.linalg.norm(upper - lower, axis=1)

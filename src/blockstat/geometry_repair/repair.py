@@ -260,7 +260,7 @@ def _parts(
     if units is not None or up is not None:
         raise InputError("units and up are those of a file; blocks are in metres, and z is up")
     if not isinstance(source, Assembly):
-        return Parts(list(source), list(supports or ()), options)
+        return Parts(list(source), () if supports is None else supports, options)
     blocks = [
         Block(
             source.block_vertices(i),
@@ -271,7 +271,7 @@ def _parts(
         )
         for i, name in enumerate(source.names)
     ]
-    marked = np.flatnonzero(source.support).tolist() if supports is None else list(supports)
+    marked = np.flatnonzero(source.support).tolist() if supports is None else supports
     kept = {key: getattr(source, key) for key in ("name", "friction", "gravity", "metadata", "joints", "ties")}
     return Parts(blocks, marked, kept | options)
 

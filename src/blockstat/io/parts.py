@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.assembly import Assembly, Block
+from blockstat.assembly import LOWEST, Assembly, Block
 from blockstat.errors import InputError, NoSupportError, check_gravity
 from blockstat.io.raw import glb, ply, stl
 from blockstat.io.raw.precision import spacing
@@ -410,7 +410,8 @@ def chosen_supports(
     if not chosen and given is None:
         some = listed([name or f"block{i}" for i, name in enumerate(names)], 8)
         raise NoSupportError(
-            f"{kind} does not say which blocks are supports; give their names or numbers (blocks: {some})"
+            f'{kind} does not say which blocks are supports; give their names or numbers, or "{LOWEST}" for those that '
+            f"reach down to the lowest corner (blocks: {some})"
         )
     return chosen
 
