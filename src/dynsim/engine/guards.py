@@ -17,13 +17,17 @@ from blockstat.typing import Floats
 
 #: Sizes (cube root of the volume) beyond this many times the median, or below its reciprocal.
 SIZES = 100.0
-#: Largest ratio of the masses of two blocks that touch: limits with so many iterations as `iterations_for` asks for
-#: were tried up to it.
+#: Largest ratio of the mass of a block to that of the free ones that carry it: limits with so many iterations as
+#: `iterations_for` asks for were tried up to it.
 MASSES = 10_000.0
-#: Iterations of the contact solver for each time that a block is heavier than one that it touches. A sweep moves the
-#: light one until it carries its own share, so what is left of an error shrinks by one part in the ratio of the masses
-#: at each. With two sweeps a part, blocks on lighter ones tip and slide within 3 % of their limits (docs/dynamics.md).
+#: Iterations of the contact solver for each time that a block is heavier than those beside it.
 SWEEPS = 2.0
+#: A block that is about to tip or to slide rests on the outermost of those that carry it: on this part of their width.
+EDGE = 0.25
+#: Places that differ by less than this fraction of the width are equally far out.
+ROUNDING = 1e-9
+#: Blocks carry one another along a direction where the normal of their joint is within 60 degrees of it.
+ALONG = 0.5
 #: A free block thinner than this, relative to the median block size, does not come to rest under others (9 mm for
 #: bricks of 0.3 m).
 THINNEST = 0.03
@@ -81,7 +85,7 @@ def _check_ratios(assembly: Assembly) -> None:
 
 
 def may_have_uneven_masses(assembly: Assembly, iterations: int) -> bool:
-    """Return whether some free block would need more iterations if it rested on the lightest one.
+    """Return whether some free block would need more iterations if the lightest one were beside it.
 
     Parameters
     ----------
@@ -99,8 +103,8 @@ def may_have_uneven_masses(assembly: Assembly, iterations: int) -> bool:
     return bool(SWEEPS * mass.max() > iterations * mass.min())
 
 
-def iterations_for(assembly: Assembly, interfaces: Interfaces) -> int:
-    """Return the iterations that the contact solver needs for blocks on much lighter ones.
+def joints_to_support(assembly: Assembly, interfaces: Interfaces) -> Floats:
+    """Return the number of joints between each block and the nearest support.
 
     Parameters
     ----------
@@ -111,26 +115,105 @@ def iterations_for(assembly: Assembly, interfaces: Interfaces) -> int:
 
     Returns
     -------
+    array of float, shape (n_blocks,)
+        Numbers of joints on the shortest way; 0 for blocks without one.
+    """
+    from scipy import sparse
+    from scipy.sparse.csgraph import dijkstra
+
+    pair = interfaces.pair
+    n = assembly.n_blocks
+    graph = sparse.coo_array((np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(n, n)).tocsr()
+    far = dijkstra(graph, directed=False, indices=np.flatnonzero(assembly.support), unweighted=True, min_only=True)
+    return np.where(np.isfinite(far), far, 0.0)
+
+
+def iterations_for(assembly: Assembly, interfaces: Interfaces, part: float = 1.0) -> int:
+    """Return the iterations that the contact solver needs for blocks on much lighter ones.
+
+    A sweep moves each light block until it carries its own share, so what is left of an error shrinks by one part in
+    the ratio of the heavy mass to all that carry it. Where those stand on others, the force on them goes down step by
+    step, and each step passes on as much less as there are steps: the ratio is multiplied by the number of joints down
+    to a support. Blocks that are beside a heavy one hold it the better the more of them there are, too; `SWEEPS`
+    sweeps for each part of the ratio are enough for them. With so many, blocks on lighter ones tip and slide within 3 %
+    of their limits (docs/dynamics.md).
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    interfaces : Interfaces
+        Joints of the assembly.
+    part : float, optional
+        Of the width of what carries a block, the outermost part that does: 1 for all; `EDGE` where it is about to move.
+
+    Returns
+    -------
     int
-        `SWEEPS` times the largest ratio of the masses of two free blocks that touch; 0 where none do.
+        For the block that needs most; 0 where no free block is carried by free ones.
 
     Raises
     ------
     InputError
-        For two blocks whose masses are too far apart; the message names both.
+        For a block that is too heavy for those that carry it; the message names it and the lightest of them.
     """
-    mass = np.sort(np.where(assembly.support, np.nan, assembly.mass)[interfaces.pair], axis=1)
-    ratio = np.nan_to_num(mass[:, 1] / mass[:, 0])  # a support carries anything
-    if not len(ratio):
-        return 0
-    worst = int(np.argmax(ratio))
-    if ratio[worst] > MASSES * (1 + 1e-9):
-        light, heavy = sorted(interfaces.pair[worst], key=lambda block: assembly.mass[block])
-        raise InputError(
-            f'block "{assembly.names[heavy]}" is {ratio[worst]:.3g} times as heavy as '
-            f'"{assembly.names[light]}", which it touches; Bullet carries at most {MASSES:g} times'
-        )
-    return ceil(SWEEPS * ratio[worst])
+    n, mass = assembly.n_blocks, np.where(assembly.support, np.inf, assembly.mass)
+    place = np.add.reduceat(interfaces.point, interfaces.start[:-1]) / np.diff(interfaces.start)[:, None]
+    heavy, light = np.concatenate([interfaces.pair, interfaces.pair[:, ::-1]]).T
+    push = np.concatenate([-interfaces.frame[:, 0], interfaces.frame[:, 0]])  # of the light one on the heavy one
+    place = np.concatenate([place, place])
+    up = -assembly.gravity / np.linalg.norm(assembly.gravity)
+    angle = np.arange(8)[:, None] * np.pi / 4
+    around = np.hstack([np.cos(angle), np.sin(angle)]) @ _across(up)
+    depth = joints_to_support(assembly, interfaces)
+    most = 0.0
+    for direction, times in ((up, depth), *((side, np.full(n, SWEEPS)) for side in around)):
+        on = np.flatnonzero((push @ direction > ALONG) & ~assembly.support[heavy])
+        _, first = np.unique(heavy[on] * n + light[on], return_index=True)  # a pair may touch in several places
+        on, plane = on[first], _across(direction)
+        least = np.full(n, np.inf)
+        np.minimum.at(least, heavy[on], mass[light[on]])
+        at_most = times * assembly.mass / least
+        for block in np.argsort(-at_most, kind="stable"):
+            if at_most[block] <= most:
+                break
+            own = on[heavy[on] == block]
+            ratio = assembly.mass[block] / _least_mass(mass[light[own]], place[own] @ plane.T, part)
+            if ratio > MASSES * (1 + 1e-9):
+                lightest = light[own[np.argmin(mass[light[own]])]]
+                raise InputError(
+                    f'block "{assembly.names[block]}" is {ratio:.3g} times as heavy as what carries it, '
+                    f'"{assembly.names[lightest]}"; Bullet carries at most {MASSES:g} times'
+                )
+            most = max(most, times[block] * ratio)
+    return ceil(most)
+
+
+def _across(direction: Floats) -> Floats:
+    """Two directions at right angles to one and to each other, shape (2, 3)."""
+    return np.linalg.svd(direction[None])[2][1:]
+
+
+def _least_mass(mass: Floats, place: Floats, part: float) -> float:
+    """The mass of what carries a block, at places in a plane, in the outermost part along an edge where it is least."""
+    if part >= 1:
+        return float(mass.sum())
+    out = _outward(place)
+    along = place @ out.T
+    least, most = along.min(axis=0), along.max(axis=0)
+    outermost = along >= most - part * (most - least) - ROUNDING * np.ptp(place, axis=0).max()
+    return float(min(mass[own].sum() for own in outermost.T))
+
+
+def _outward(place: Floats) -> Floats:
+    """Normals of the edges of what points in a plane span; of points in a row, both ways along it."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return ConvexHull(place).equations[:, :2]
+    except QhullError:  # fewer than three, or all in a row
+        along = np.linalg.svd(place - place.mean(axis=0))[2][:1]
+        return np.concatenate([along, -along])
 
 
 def check_overlap(assembly: Assembly, pair: tuple[int, int], depth: float) -> None:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
+from dynsim.engine.guards import EDGE, iterations_for, joints_to_support
 from dynsim.settings import Settings
 
 #: Iterations of the contact solver for each joint between a block and the nearest support: the solver carries a force
@@ -49,10 +48,10 @@ def stages(assembly: Assembly, settings: Settings, interfaces: Interfaces) -> St
     depth = chain(assembly, interfaces)
     coarse = settings.quick_step > settings.time_step
     settle = settings.settle_step or (settings.quick_step if coarse else None)
-    first = replace(settings, iterations=max(settings.iterations, MIDDLE * depth), settle_step=settle)
-    fine = replace(
-        first, time_step=settings.fine_step, iterations=max(settings.fine_iterations, FINE * depth)
-    )  # fmt: skip
+    middle = max(settings.iterations, MIDDLE * depth, iterations_for(assembly, interfaces))
+    last = max(settings.fine_iterations, FINE * depth, iterations_for(assembly, interfaces, EDGE))
+    first = replace(settings, iterations=middle, settle_step=settle)
+    fine = replace(first, time_step=settings.fine_step, iterations=last)
     check = replace(first, time_step=settings.quick_step, settle_step=None) if coarse else None
     return Stages(first, check, fine)
 
@@ -72,11 +71,4 @@ def chain(assembly: Assembly, interfaces: Interfaces) -> int:
     int
         Number of joints on the shortest way.
     """
-    from scipy import sparse
-    from scipy.sparse.csgraph import dijkstra
-
-    pair = interfaces.pair
-    n = assembly.n_blocks
-    graph = sparse.coo_array((np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(n, n)).tocsr()
-    far = dijkstra(graph, directed=False, indices=np.flatnonzero(assembly.support), unweighted=True, min_only=True)
-    return int(far[np.isfinite(far)].max(initial=0.0))
+    return int(joints_to_support(assembly, interfaces).max(initial=0.0))

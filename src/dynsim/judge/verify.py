@@ -18,7 +18,7 @@ from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import weakened
 from dynsim.bonds.stiffness import caveats
 from dynsim.checks import check_engine
-from dynsim.engine.guards import check_assembly
+from dynsim.engine.guards import EDGE, check_assembly, iterations_for
 from dynsim.engine.world import Action
 from dynsim.judge.closing import ClosedScene, closed_scene
 from dynsim.judge.cracks import find_cracks
@@ -167,7 +167,10 @@ def _verify(
     """The verdict on blocks whose joints are closed."""
     reserve = None if acting or actions else reserve
     runs = stages(assembly, settings, interfaces)
-    settings = replace(settings, iterations=runs.first.iterations)
+    iterations = runs.first.iterations
+    if acting or actions:  # one run alone
+        iterations = max(iterations, iterations_for(assembly, interfaces, EDGE))
+    settings = replace(settings, iterations=iterations)
     evaluate = _Evaluator(assembly, settings, acting, actions, interfaces, reserve=reserve, progress=progress)
     spent = 0.0
     constant = [load for load in acting if isinstance(load, Constant)]
