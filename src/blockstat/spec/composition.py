@@ -18,7 +18,7 @@ from blockstat.joint import Tie
 from blockstat.loading.cases import check_tables
 from blockstat.model.expression import RESERVED, evaluate, is_expression
 from blockstat.spec.element import Element
-from blockstat.spec.elements import KINDS
+from blockstat.spec.elements import KINDS, check_all_places
 from blockstat.spec.material import Joint, Material, TieTable, stages_from, uncertain_of
 from blockstat.spec.ranges import Range, is_presence, is_range, meant_as_range
 from blockstat.spec.reading import check_name, entries, joined, read_as
@@ -323,6 +323,7 @@ def _element(table: dict[str, Any], path: str, names: _Names) -> Element:
         element = read_as(KINDS[kind], plain, path)
     except InputError:
         element = read_as(KINDS[kind], _rounded(plain), path)
+    check_all_places(element, keys, path)
     prefix = path.removeprefix("elements.") if element.prefix is None else element.prefix
     if prefix.split(".")[0] == GROUND:
         key = path if element.prefix is None else f"{path}.prefix"
