@@ -59,6 +59,7 @@ class Plan(msgspec.Struct, frozen=True, kw_only=True):
 
     name: str
     elements: dict[str, Element]  #: those that are present
+    left_out: dict[str, Element] = {}  #: those that are not
     material: Material
     joints: tuple[Joint, ...]
     supports: tuple[str, ...] = (GROUND,)
@@ -160,6 +161,7 @@ def resolve(composition: Composition) -> Plan:
     return Plan(
         name=composition.name,
         elements={name: element for name, element in elements.items() if element.present},
+        left_out={name: element for name, element in elements.items() if not element.present},
         absent=tuple(name if own.prefix is None else own.prefix for name, own in elements.items() if not own.present),
         material=material,
         joints=joints,

@@ -104,6 +104,35 @@ def _in_places(element: Any) -> Iterator[tuple[str, Any]]:
             yield from ((f"{place}.{key}[{k}]", own) for k, own in enumerate(of(holder, key)))
 
 
+def absent_parts(element: Element) -> list[str]:
+    """Groups that an element would have if what is absent in it were present: runs, openings and buttresses.
+
+    Parameters
+    ----------
+    element : Element
+        Of any kind.
+
+    Returns
+    -------
+    list of str
+        Without the prefix of the element; each stands for all that is in it.
+    """
+    own: Any = element
+    runs = getattr(own, "runs", {own.name: own} if hasattr(own, "openings") else {})
+    absent = [name for name, run in runs.items() if not run.present]
+    stones = {"lintel": "lintel"}  # of all other heads "arch"
+    return [
+        *(f"{part}.{name}" for name in absent for part in ("wall", "buttress")),
+        *(
+            f"wall.{name}.{stones.get(opening.head, 'arch')}"
+            for name, run in runs.items()
+            for opening in run.openings
+            if not (opening.present and opening.count)
+        ),
+        *(f"buttress.{b.wall}" for b in getattr(own, "buttresses", ()) if not (b.present and b.count)),
+    ]
+
+
 def kind_of(element: Element | type[Element]) -> str:
     """The word that a scene file has for the kind of an element.
 
