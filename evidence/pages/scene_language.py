@@ -54,7 +54,8 @@ at = [0, 0, 1.5]
 - A range `{{value, min, max, step}}` may replace any number. The search changes it. Its name is its path in the file,
   such as `parameters.t` or `elements.ring.thickness`.
 - `present` of an element, a run, an opening or a buttress is `true`, `false` or `"search"`. The last is a range of 1
-  (present, the default) and 0. The search keeps such an element only if the building does not stand without it.
+  (present, the default) and 0. The search keeps such an element only if the building does not stand without it. A
+  joint law or a support that names its groups is void where it is absent.
 - The groups of the blocks of an element begin with its name, as in `ring.arch`. If the element is repeated, the number
   of the copy follows, as in `piers.1.pier` and `piers.2.pier`.
 - Elements that overlap are an error that names them.

@@ -200,3 +200,25 @@ def test_a_buttress_that_is_absent_or_of_an_absent_wall_is_neither_checked_nor_b
     assert {block.group for block in walls([run, gone], buttresses=specs)} == {"wall.a"}
     with pytest.raises(InputError, match=r'buttresses\[0\] of wall "a": width is -1'):
         walls([run, gone], buttresses=[Buttress(wall="a", **bad)])
+
+
+@pytest.mark.parametrize(
+    ("given", "places"),
+    [
+        ({}, [3.0]), ({"number": 2}, [2.0, 4.0]), ({"at": [1.0, 3.0, 5.0]}, [1.0, 3.0, 5.0]),
+        ({"number": 2, "at": [1.0, 5.0]}, [1.0, 5.0]),
+    ],
+)  # fmt: skip
+def test_buttresses_are_as_many_as_their_number_or_their_places(given, places):
+    run = Run(name="a", path=[(0, 0), (6, 0)], thickness=0.4, height=1.0)
+    spec = Buttress(wall="a", width=0.5, projection=0.5, height=1.0, bonded=False, courses=1, **given)
+    stones = [block.vertices[:, 0] for block in walls(run, buttresses=[spec]) if block.group.startswith("buttress")]
+    assert [(x.min() + x.max()) / 2 for x in stones] == pytest.approx(places)
+
+
+def test_a_number_of_buttresses_that_is_not_that_of_their_places_is_refused():
+    """Formerly the places counted, and the number was not used."""
+    run = Run(name="a", path=[(0, 0), (6, 0)], thickness=0.4, height=1.0)
+    spec = Buttress(wall="a", width=0.5, projection=0.5, height=1.0, number=3, at=[3.0])
+    with pytest.raises(InputError, match=r'^buttresses\[0\] of wall "a": number is 3, and the list of at has 1; give'):
+        walls(run, buttresses=[spec])

@@ -441,3 +441,135 @@ def test_what_is_uncertain_is_a_table(table):
     says = f"uncertain.friction: {table!r} is no table; write kind, and mean and deviation or least and most"
     with pytest.raises(InputError, match=says):
         uncertain_of({"friction": table})
+
+
+POST = {"kind": "pier", "size": [0.6, 0.6], "height": 1.0, "courses": 2}
+PROP = POST | {"at": [0.6, 0, 0]}
+
+
+def posts(*, prop=None, **tables):
+    """A post that stands by itself, and a prop beside it that may be absent."""
+    return {"name": "posts", "elements": {"p": POST, "q": PROP | {"present": "search"} | (prop or {})}} | tables
+
+
+def law(*between, **values):
+    return {"joints": [{"between": list(between)} | (values or {"friction": 0.5})]}
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [law("q", "p"), law("*", "q.pier"), {"supports": ["ground", "q"]}, {"supports": ["ground", "q.*"]}],
+    ids=["law", "law of a part", "support", "support by a pattern"],
+)
+@pytest.mark.parametrize("over", ["line", "grid"])
+def test_the_search_leaves_out_an_element_that_a_law_or_a_support_names(tables, over):
+    found = search(scene_from(posts(**tables)), over=over, verify=None)
+    assert found.best_parameters == {"elements.q.present": 0.0}
+    assert [(row.static, row.note) for row in found.history] == [("stable", "")]
+    assert found.history[0].volume == pytest.approx(0.6 * 0.6 * 1.0)  # of the post alone
+
+
+def test_a_law_about_an_absent_element_is_void_and_the_others_count():
+    both = [{"between": ["q", "p"], "friction": 0.5}, {"between": ["p", "ground"], "friction": 0.6}]
+    scene = posts(joints=both, supports=["ground", "q"])
+    there = build(scene_from(scene))
+    assert [rule.friction for rule in there.joints] == [0.5, 0.6]
+    assert [there.names[i] for i in np.flatnonzero(there.support)] == ["ground", "q.pier.0.0", "q.pier.1.0"]
+    gone = build(scene_from(posts(prop={"present": False}, joints=both, supports=["ground", "q"])))
+    assert [rule.friction for rule in gone.joints] == [0.6]
+    assert [gone.names[i] for i in np.flatnonzero(gone.support)] == ["ground"]
+
+
+@pytest.mark.parametrize("present", [True, False])
+@pytest.mark.parametrize(
+    ("tables", "told"),
+    [
+        (law("qq", "p"), ['joint law: no group "qq"']),
+        (law("q", "post"), ['joint law: no group "post"']),
+        (law("p.peir", "*"), ['joint law: no group "p.peir"']),
+        ({"supports": ["ground", "qq"]}, ['supports: no group "qq"']),
+        (
+            {"joints": [*law("q", "pp")["joints"], *law("rr", "*")["joints"]]},
+            ['joint law: no group "pp"', 'joint law: no group "rr"'],
+        ),
+    ],
+)
+def test_a_misspelt_group_is_refused_whether_or_not_an_element_is_absent(present, tables, told):
+    with pytest.raises(InputError) as refused:
+        build(scene_from(posts(prop={"present": present}, **tables)))
+    groups = "ground, p.pier, q.pier" if present else "ground, p.pier"
+    assert list(refused.value.args) == [f"{text}; groups are: {groups}" for text in told]
+
+
+def test_supports_that_are_all_absent_hold_nothing():
+    with pytest.raises(InputError, match=r'^supports: there are none; write "ground" or groups that cannot move$'):
+        build(scene_from(posts(prop={"present": False}, supports=["q"])))
+
+
+@pytest.mark.parametrize(("name", "refused"), [("pier", False), ("pier.top", False), ("peir", True)])
+def test_an_absent_element_without_a_prefix_is_known_by_the_groups_of_its_blocks(name, refused):
+    block = {"kind": "box", "size": [0.6, 0.6, 1.0]}
+    scene = {"name": "x", "elements": {"b": block, "q": PROP | {"prefix": "", "present": False}}} | law(name, "b")
+    if refused:
+        with pytest.raises(InputError, match='joint law: no group "peir"'):
+            build(scene_from(scene))
+    else:
+        assert build(scene_from(scene)).joints == ()
+
+
+@pytest.mark.parametrize(
+    ("absent", "name"),
+    [
+        ({"runs.b": {"present": False}}, "w.wall.b"), ({"runs.b": {"present": False}}, "w.buttress.b.1"),
+        ({"opening": {"present": False}}, "w.wall.a.lintel"), ({"opening": {"number": 0}}, "w.wall.a.lintel"),
+        ({"opening": {"head": "flat", "present": False}}, "w.wall.a.arch"),
+        ({"buttress": {"present": False}}, "w.buttress.a"), ({"buttress": {"at": []}}, "w.buttress"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("copies", [1, 2])
+def test_laws_about_absent_runs_openings_and_buttresses_are_void(absent, name, copies):
+    runs = {
+        "a": {"path": [[0, 0], [4, 0]], "thickness": 0.4, "height": 1.5},
+        "b": {"path": [[0, 3], [4, 3]], "thickness": 0.4, "height": 1.5} | absent.get("runs.b", {}),
+    }
+    runs["a"]["openings"] = [{"width": 0.5, "height": 1.0} | absent.get("opening", {})]
+    buttress = {"wall": "a", "width": 0.5, "projection": 0.5, "height": 1.0, "at": [1.0]} | absent.get("buttress", {})
+    walls = {"kind": "walls", "runs": runs, "buttresses": [buttress], "repeat": {"number": copies, "by": [0, 9, 0]}}
+    name = name if copies == 1 else name.replace("w.", "w.2.")
+    assert build(scene_from({"name": "x", "elements": {"w": walls}} | law(name, "*"))).joints == ()
+    wrong = name.replace("wall", "wal").replace("buttress", "butress")
+    with pytest.raises(InputError, match=f'joint law: no group "{wrong}"'):
+        build(scene_from({"name": "x", "elements": {"w": walls}} | law(wrong, "*")))
+
+
+@pytest.mark.parametrize(
+    ("name", "misspelt"),
+    [
+        ("vault", "vaults"), ("buttress", "butress"), ("buttress.south", "buttress.soth"),
+        ("buttress.south.1", "buttress.north.1"), ("wall.south.lintel", "wall.south.lintels"),
+    ],
+)  # fmt: skip
+def test_laws_about_what_is_absent_in_the_short_form_are_void(name, misspelt):
+    data = CHAPEL | {"windows": {"south": CHAPEL["windows"]["south"] | {"present": "search"}}} | law(name, "*")
+    scene = scene_from(data)
+    assert len(build(scene).joints) == 1
+    assert build(with_values(scene, dict.fromkeys(parameters(scene), 0))).joints == ()
+    wrong = scene_from(data | law(misspelt, "*"))
+    for values in ({}, dict.fromkeys(parameters(wrong), 0)):
+        with pytest.raises(InputError, match=f'joint law: no group "{misspelt}"'):
+            build(with_values(wrong, values))
+
+
+def test_the_search_leaves_out_buttresses_of_the_short_form_that_a_law_names():
+    hut = {"name": "hut", "length": 3.2, "span": 2.0, "brick": {"length": 0.8, "height": 0.4}}
+    hut |= {"wall": {"thickness": 0.8, "height": 1.2}} | law("buttress", "wall")
+    buttress = {"number": 1, "thickness": 0.4, "width": 0.4, "height": 1.2}
+    found = search(scene_from(hut | {"buttresses": {"south": buttress | {"present": "search"}}}), verify=None)
+    assert found.best_parameters == {"buttresses.south.present": 0.0}
+    # Two walls of 3.2 m and two of 2 m, none of them with a buttress.
+    assert found.history[-1].volume == pytest.approx((2 * 3.2 + 2 * 2.0) * 0.8 * 1.2)
+    none = {"number": {"value": 1, "min": 0, "max": 1, "step": 1}}
+    found = search(scene_from(hut | {"buttresses": {"south": buttress | none}}), verify=None)
+    assert found.best_parameters == {"buttresses.south.number": 0.0}
+    with pytest.raises(InputError, match='joint law: no group "buttress"'):
+        build(scene_from(hut))  # there is no table of buttresses

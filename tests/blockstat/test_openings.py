@@ -208,3 +208,53 @@ def test_openings_that_are_none_need_no_room_for_a_head(none):
     assert len(walls([Run(name="a", path=[(0, 0), (4, 0)], thickness=0.4, height=2.0, openings=[opening])])) == len(
         bare
     )
+
+
+EITHER = r"give either number \(evenly spaced\) or at \(where their centres are\)"
+THREE = {"value": 3, "min": 1, "max": 3, "step": 1}
+
+
+@pytest.mark.parametrize("key", ["openings", "buttresses"])
+@pytest.mark.parametrize(
+    ("given", "wrong"),
+    [
+        ({"number": 3, "at": [1.0]}, "number is 3, and the list of at has 1"),
+        ({"number": 1, "at": [1.0, 3.0]}, "number is 1, and the list of at has 2"),
+        ({"number": 0, "at": [1.0]}, "number is 0, and the list of at has 1"),
+        ({"number": THREE, "at": [1.0, 2.0, 3.0]}, "a range moves it, and at says where 3 are"),
+        ({"number": "= n", "at": [1.0, 2.0, 3.0]}, "number is 1, and the list of at has 3"),
+    ],
+)
+def test_a_number_that_is_not_that_of_the_places_is_refused(key, given, wrong):
+    """Formerly the places counted, and the number was not used."""
+    run = {"path": [[0, 0], [4, 0]], "thickness": 0.4, "height": 2.0}
+    sizes = {"width": 0.5, "height": 1.0}
+    if key == "openings":
+        wall, place = {"runs": {"a": run | {key: [sizes | given]}}}, "runs.a.openings"
+    else:
+        wall, place = {"runs": {"a": run}, key: [sizes | {"wall": "a", "projection": 0.5} | given]}, key
+    scene = {"name": "w", "parameters": {"n": THREE}, "elements": {"w": {"kind": "walls"} | wall}}
+    with pytest.raises(InputError, match=rf"^elements\.w\.{place}\[0\]\.number: {wrong}; {EITHER}$"):
+        scene_from(scene)
+
+
+def test_the_builder_of_walls_refuses_a_number_beside_other_places_too():
+    with pytest.raises(InputError, match=rf'^wall "a": openings\[0\]: number is 2, .* at has 1; {EITHER}$'):
+        walls([Run(name="a", path=[(0, 0), (4, 0)], thickness=0.4, height=2.0, openings=[door(number=2, at=[1.0])])])
+
+
+@pytest.mark.parametrize(
+    ("given", "centres"),
+    [
+        ({}, [3.0]), ({"number": 2}, [2.0, 4.0]), ({"at": [1.0, 4.5]}, [1.0, 4.5]),
+        ({"number": 2, "at": [1.0, 4.5]}, [1.0, 4.5]), ({"number": 0, "at": []}, []),
+    ],
+)  # fmt: skip
+def test_openings_are_as_many_as_their_number_or_their_places(given, centres):
+    run = Run(name="a", path=[(0, 0), (6, 0)], thickness=0.4, height=2.0, openings=[door(**given)])
+    lintels = [block.vertices[:, 0] for block in walls([run]) if block.group == "wall.a.lintel"]
+    assert [(x.min() + x.max()) / 2 for x in lintels] == pytest.approx(centres)
+
+
+def door(**places):
+    return Opening(width=0.5, height=1.0, **places)

@@ -219,6 +219,56 @@ def test_what_cannot_be_repaired_is_named(block, expected):
         repair([block], supports=[0])
 
 
+def spoilt():
+    """A cube without its last face, one with a face turned, and one with a wing on an edge."""
+    open_, turned, winged = (box((2 * k, 0, 0), (2 * k + 1, 1, 1), name=n) for k, n in enumerate(("o", "t", "w")))
+    first = winged.faces[0]
+    corners = np.vstack([winged.vertices, winged.vertices[list(first[:2])] + [0, 0, 3.0]])
+    return [
+        Block(open_.vertices, open_.faces[:-1], "o"),
+        Block(turned.vertices, [turned.faces[0][::-1], *turned.faces[1:]], "t"),
+        Block(corners, [*winged.faces, [first[0], first[1], 9, 8]], "w"),
+    ]
+
+
+SENT = "counter-clockwise seen from outside, or let `blockstat repair` turn it"
+
+
+def test_a_repair_does_not_send_to_itself():
+    # At one edge of the wing three faces meet, and its other three edges have no neighbour: no turn closes it.
+    blocks = spoilt()
+    with pytest.raises(InputError) as refused:
+        Assembly.from_blocks(blocks, supports=[0])
+    assert [text.endswith(SENT) for text in refused.value.args] == [False, True, True]
+    with pytest.raises(InputError) as left:
+        repair(blocks, supports=[0])
+    assert [text[:9] for text in left.value.args] == ['block "o"', 'block "w"']
+    assert left.value.args[0] == refused.value.args[0]
+    assert left.value.args[1].endswith("counter-clockwise seen from outside")
+
+
+def test_the_mesh_of_a_scene_is_not_sent_to_the_command_that_refuses_it(tmp_path):
+    lines, before = [], 1
+    for block in spoilt()[:2]:
+        lines += [f"o {block.name}", *(f"v {x} {y} {z}" for x, y, z in block.vertices)]
+        lines += ["f " + " ".join(str(before + corner) for corner in face) for face in block.faces]
+        before += len(block.vertices)
+    (tmp_path / "stones.obj").write_text("\n".join(lines))
+    scene = tmp_path / "stones.toml"
+    scene.write_text('[elements.m]\nkind = "mesh"\nfile = "stones.obj"\n')
+    told = run("repair", scene, "-o", tmp_path / "new.json").stderr.splitlines()
+    assert ['block "m.o": its surface is open' in told[0], 'block "m.t": face 0 is inverted' in told[1]] == [True] * 2
+    assert "blockstat repair" not in told[1]
+    assert SENT in run("check", scene).stderr
+
+
+@pytest.mark.parametrize("supports", ["ground", 0, ["ground"], [0]])
+def test_a_support_may_be_said_without_a_list(supports):
+    blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="cube")]
+    for source in (blocks, Assembly.from_blocks(blocks, supports=["cube"])):
+        assert repair(source, supports=supports)[0].support.tolist() == [True, False]
+
+
 def test_bad_tolerances():
     for bad in ({"gap": 0.5}, {"merge": -1}, {"warp": "x"}, {"gap": float("nan")}):
         with pytest.raises(InputError, match=f"{next(iter(bad))} is .*; it must be at least 0 and below"):

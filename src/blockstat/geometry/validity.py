@@ -18,6 +18,8 @@ from blockstat.geometry.triangulation import fans
 FLAT = 1e-7
 #: So many corners of a surface are asked whether they lie in another one.
 PROBES = 9
+#: How messages end about faces that a repair may turn.
+ADVICE = ", or let `blockstat repair` turn "
 
 
 def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
@@ -53,17 +55,40 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
     ]
     wrong += [
         f'block "{names[block]}": all its faces point inwards; list their corners counter-clockwise seen from '
-        "outside, or let `blockstat repair` turn them"
+        f"outside{ADVICE}them"
         for block in np.flatnonzero(~flat & (blocks.volume < 0)).tolist()
     ]
     wrong += [
         f'block "{names[block]}": one of its surfaces looks the wrong way; list corners counter-clockwise seen from '
-        "outside the stone, or let `blockstat repair` turn them"
+        f"outside the stone{ADVICE}them"
         for block, label in surface_of.items()
         if blocks.volume[block] > 0 and _has_solid_inside_out(blocks, block, label)
     ]
     if wrong:
         raise InputError(*wrong)
+
+
+def without_advice(error: InputError) -> InputError:
+    """Return an error of geometry as a repair itself tells it, without the advice to repair.
+
+    Parameters
+    ----------
+    error : InputError
+        Of `check_geometry`, perhaps among others.
+
+    Returns
+    -------
+    InputError
+        Of the same class.
+
+    Examples
+    --------
+    >>> error = InputError("face 0 is inverted; turn it, or let `blockstat repair` turn it", "it is flat")
+    >>> print(without_advice(error))
+    face 0 is inverted; turn it
+    it is flat
+    """
+    return type(error)(*(str(text).partition(ADVICE)[0] for text in error.args))
 
 
 def _has_solid_inside_out(blocks: Polyhedra, block: int, label: np.ndarray) -> bool:
@@ -129,7 +154,7 @@ def _surface_fault(
         votes = np.bincount(corner_face[wrong] - first)
         return (
             f'block "{names[block]}": face {votes.argmax()} is inverted against its neighbours; '
-            "list its corners counter-clockwise seen from outside, or let `blockstat repair` turn it"
+            f"list its corners counter-clockwise seen from outside{ADVICE}it"
         )
     return (
         f'block "{names[block]}": its surface is open ({len(wrong)} edges without a neighbour, '

@@ -7,7 +7,8 @@ Nothing else in this package changes geometry.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from blockstat.contact.overlap.penetration import overlaps, tell
 from blockstat.contact.tolerance import LOOSE
 from blockstat.errors import InputError, NoSupportError, known_options
 from blockstat.geometry.polyhedron import merged_vertices
-from blockstat.geometry.validity import check_geometry
+from blockstat.geometry.validity import check_geometry, without_advice
 from blockstat.geometry_repair.common_planes import common_planes, meet
 from blockstat.geometry_repair.shared_corners import settled_faces, shared_corners
 from blockstat.geometry_repair.surface import RepairedSurface, repair_surface
@@ -216,15 +217,16 @@ def repair(
     for key, value, most in (("gap", gap, 0.2), ("merge", merge, 0.1), ("warp", warp, 0.2)):
         if not (isinstance(value, (int, float)) and 0 <= value < most):
             raise InputError(f"{key} is {value!r}; it must be at least 0 and below {most} of the block size")
-    parts = _parts(source, supports, units, up, options)
-    surfaces = [_repaired(block, number, merge) for number, block in enumerate(parts.blocks)]
-    blocks = [
-        replace(block, vertices=own.vertices, faces=own.faces)
-        for block, own in zip(parts.blocks, surfaces, strict=True)
-    ]
-    rough = replace(parts, blocks=blocks).assembled()
-    assembly, changes = close_joints(rough, gap, warp)
-    check_geometry(assembly, assembly.names)
+    with _not_sent_to_itself():
+        parts = _parts(source, supports, units, up, options)
+        surfaces = [_repaired(block, number, merge) for number, block in enumerate(parts.blocks)]
+        blocks = [
+            replace(block, vertices=own.vertices, faces=own.faces)
+            for block, own in zip(parts.blocks, surfaces, strict=True)
+        ]
+        rough = replace(parts, blocks=blocks).assembled()
+        assembly, changes = close_joints(rough, gap, warp)
+        check_geometry(assembly, assembly.names)
     closed = any(change.joined for change in changes) and _open_joints(rough, gap) - _open_joints(assembly, gap)
     told = [
         replace(change, merged=own.merged, spread=own.spread, dropped=own.dropped, turned=own.turned)
@@ -233,6 +235,15 @@ def repair(
     pairs, depth = overlaps(assembly, gap=gap or GAP)
     left = tell(assembly, pairs, depth) if len(pairs) else ""
     return assembly, RepairReport(tuple(told), left, len(closed) if closed else 0)
+
+
+@contextmanager
+def _not_sent_to_itself() -> Iterator[None]:
+    """Tell errors without the advice to repair: a repair has been tried, or comes too late for a mesh of a scene."""
+    try:
+        yield
+    except InputError as error:
+        raise without_advice(error) from None
 
 
 def _open_joints(assembly: Assembly, gap: float) -> set[tuple[int, int]]:

@@ -63,7 +63,7 @@ class Parts:
     """Blocks as a file gives them, perhaps open or inverted, and what else it says."""
 
     blocks: Sequence[Block]
-    supports: Sequence[int | str]
+    supports: Iterable[int | str]
     options: dict[str, Any] = field(default_factory=dict)  #: keyword arguments of `Assembly.from_blocks`
     up: str = "z"  #: the axis of the file that points up here, along z
     spacing: Sequence[float] = ()  #: of numbers in single precision at each block, none for double precision

@@ -109,7 +109,7 @@ def blocks_asked(kind: str, keys: Mapping[str, Any]) -> float:
         runs = keys["runs"].values()
         own = sum(_bricks(_length(run.path), run.height, keys) * min(run.leaves, 10**15) for run in runs)
         buttresses = keys.get("buttresses", ())
-        return own + sum(min(b.number, 10**15) * float(min(b.courses or 1, 10**15)) for b in buttresses)
+        return own + sum(min(b.count, 10**15) * float(min(b.courses or 1, 10**15)) for b in buttresses)
     return largest
 
 

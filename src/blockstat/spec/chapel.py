@@ -121,7 +121,7 @@ def lowered(building: Building) -> Plan:
     _check_beside_vault(building)
     walls, keys = _walls(building)
     elements: dict[str, Element] = {"walls": walls}
-    if building.vault is not None and is_present(building.vault.present):
+    if building.vault is not None:
         length, span = value_of(building.length), value_of(building.span)
         elements["vault"] = element(
             "barrel",
@@ -132,10 +132,12 @@ def lowered(building: Building) -> Plan:
             brick=value_of(building.brick.length),
             at=(length / 2, span / 2, value_of(building.wall.height)),
             prefix="",
+            present=is_present(building.vault.present),
         )
     return Plan(
         name=building.name,
-        elements=elements,
+        elements={name: own for name, own in elements.items() if own.present},
+        left_out={name: own for name, own in elements.items() if not own.present},
         material=building.material,
         joints=building.joints,
         no_overlap=True,
@@ -155,19 +157,19 @@ def _walls(building: Building) -> tuple[Element, dict[str, str]]:
     keys, runs, buttresses = {}, {}, []
     for side, (path, align) in _paths(building).items():
         tables = {f"doors.{side}": building.doors.get(side), f"windows.{side}": building.windows.get(side)}
-        there = {key: own for key, own in tables.items() if own is not None and is_present(own.present)}
-        keys |= {f'wall "{side}": openings[{k}]': key for k, key in enumerate(there)}
+        said = {key: own for key, own in tables.items() if own is not None}
+        keys |= {f'wall "{side}": openings[{k}]': key for k, key in enumerate(said)}
         runs[side] = walling.Run(
             path=path,
             align=align,
             thickness=value_of(building.wall.thickness),
             height=height,
             closers=True,
-            openings=tuple(_opening(key, own, height, course) for key, own in there.items()),
+            openings=tuple(_opening(key, own, height, course) for key, own in said.items()),
         )
     for side in WALLS:
         own = building.buttresses.get(side)
-        if own is not None and is_present(own.present):
+        if own is not None:
             keys[f'buttresses[{len(buttresses)}] of wall "{side}"'] = f"buttresses.{side}"
             buttresses.append(_buttress(side, own, course))
     brick = (value_of(building.brick.length), min(nominal, height))
@@ -187,6 +189,8 @@ def _paths(building: Building) -> dict[WallName, tuple[tuple[tuple[float, float]
 
 def _opening(key: str, own: Opening, wall: float, course: float) -> walling.Opening:
     """An opening whose sill and soffit are on beds; halves go to the even bed."""
+    if not is_present(own.present):
+        return walling.Opening(width=value_of(own.width), height=value_of(own.height), present=False)
     low, high = value_of(own.sill), value_of(own.sill) + value_of(own.height)
     if high > wall + course:
         raise InputError(f"{key}: sill and height reach beyond the wall of {wall:.3g} m")
@@ -204,6 +208,7 @@ def _buttress(side: WallName, own: Buttress, course: float) -> walling.Buttress:
     height = value_of(own.height)
     return walling.Buttress(
         wall=side,
+        present=is_present(own.present),
         width=value_of(own.width),
         projection=value_of(own.thickness),
         height=height,

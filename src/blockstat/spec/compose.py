@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from functools import partial
+from functools import cache, partial
 from itertools import product
 from math import prod
+from operator import eq
 from typing import Any, TypeVar
 
 import msgspec
@@ -16,14 +18,14 @@ import numpy as np
 from blockstat.assembly import Assembly, Block
 from blockstat.contact.overlap.penetration import overlaps
 from blockstat.errors import InputError, gathered, no_such
-from blockstat.joint import JointLaw, fits
+from blockstat.joint import JointLaw, check_laws, fits
 from blockstat.model.ground import ground
 from blockstat.model.placing import moved, rotation
 from blockstat.model.size import blocks_asked, check_number
 from blockstat.spec.chapel import lowered
 from blockstat.spec.composition import GROUND, Composition, Plan, resolve
 from blockstat.spec.element import Element, Repeat, repeats_of
-from blockstat.spec.elements import blocks_of, kind_of
+from blockstat.spec.elements import absent_parts, blocks_of, kind_of
 from blockstat.spec.material import KEYS, stages_from
 from blockstat.spec.scene import Scene, parameters
 
@@ -69,13 +71,14 @@ def build(scene: Scene) -> Assembly:
     if GROUND in plan.supports:
         _check_feet(blocks)
         blocks = [ground(blocks), *blocks]
+    absent = cache(partial(_absent_groups, plan))
     assembly = Assembly.from_blocks(
         blocks,
-        supports=_supports(plan, blocks),
+        supports=_supports(plan, blocks, absent),
         name=plan.name,
         density=plan.material.density,
         friction=plan.material.friction,
-        joints=[JointLaw(**msgspec.structs.asdict(joint)) for joint in plan.joints],
+        joints=_laws(plan, dict.fromkeys(block.group for block in blocks), absent),
         ties=plan.ties,
         metadata={
             "parameters": {path: found.value for path, found in parameters(scene).items()},
@@ -203,13 +206,19 @@ def _placed(name: str, element: Element) -> list[Block]:
         own = [replace(block, density=element.density) for block in own]
     found: list[Block] = []
     repeats = repeats_of(element)
-    copies = list(product(*(range(repeat.number) for repeat in repeats)))
-    for number, steps in enumerate(copies, 1):
-        parts = [name if element.prefix is None else element.prefix, str(number) if len(copies) > 1 else ""]
-        prefix = "".join(f"{part}." for part in parts if part)
+    copies = product(*(range(repeat.number) for repeat in repeats))
+    for prefix, steps in zip(_prefixes(name, element), copies, strict=True):
         turn, place = _pose(element, repeats, steps)
         found += moved(own, place, turn=turn, prefix=prefix)
     return found
+
+
+def _prefixes(name: str, element: Element) -> list[str]:
+    """What the names and groups of each copy of an element begin with."""
+    copies = prod(repeat.number for repeat in repeats_of(element))
+    own = name if element.prefix is None else element.prefix
+    numbers = [str(k + 1) for k in range(copies)] if copies > 1 else [""]
+    return ["".join(f"{part}." for part in (own, number) if part) for number in numbers]
 
 
 def _pose(element: Element, repeats: Sequence[Repeat], steps: Sequence[int]) -> tuple[float, list[float]]:
@@ -237,18 +246,59 @@ def _check_feet(blocks: Sequence[Block]) -> None:
         raise InputError(f"nothing stands on the ground at z = 0; the lowest block is at z = {low.min():.4g} m")
 
 
-def _supports(plan: Plan, blocks: Sequence[Block]) -> list[int | str]:
+def _absent_groups(plan: Plan) -> list[str]:
+    """Groups that are not there by choice, each with all that is in it; "" where any group may be."""
+    found = []
+    for name, element in plan.left_out.items():
+        prefix = name if element.prefix is None else element.prefix
+        found += [prefix] if prefix else _groups_alone(plan, name, element)
+    for name, element in plan.elements.items():
+        if parts := absent_parts(element):
+            found += [prefix + part for prefix in _prefixes(name, element) for part in parts]
+    return found
+
+
+def _groups_alone(plan: Plan, name: str, element: Element) -> list[str]:
+    """Groups of an absent element that has no prefix, which its blocks alone can tell."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            _check_numbers(msgspec.structs.replace(plan, elements={name: element}))
+            return sorted({block.group for block in _placed(name, element) if block.group})
+        except InputError:  # of no concern as long as it is absent
+            return [""]
+
+
+def _is_absent(wanted: str, absent: Sequence[str], same: Callable[[str, str], bool]) -> bool:
+    """Whether a group is one that is absent by choice, a part of it, or one that it would be a part of."""
+    parts = wanted.split(".")
+    return any(not group or all(map(same, group.split("."), parts)) for group in absent)
+
+
+def _laws(plan: Plan, groups: Collection[str], absent: Callable[[], list[str]]) -> list[JointLaw]:
+    """The joint laws but for those about a group that is absent by choice: they are void."""
+    laws = [JointLaw(**msgspec.structs.asdict(joint)) for joint in plan.joints]
+    unknown = {name for law in laws for name in law.between if not any(fits(name, group) for group in groups)}
+    void = {name for name in unknown if _is_absent(name, absent(), eq)}
+    if void:  # the other group of a law that is void must be one all the same
+        others = [tuple("*" if name in void else name for name in law.between) for law in laws]
+        check_laws([replace(law, between=pair) for law, pair in zip(laws, others, strict=True)], list(groups))
+    return [law for law in laws if void.isdisjoint(law.between)]
+
+
+def _supports(plan: Plan, blocks: Sequence[Block], absent: Callable[[], list[str]]) -> list[int | str]:
     """Indices of the blocks in the groups that cannot move."""
-    fixed = {i for found in gathered(partial(_held, wanted, blocks) for wanted in plan.supports) for i in found}
+    fixed = {i for found in gathered(partial(_held, wanted, blocks, absent) for wanted in plan.supports) for i in found}
     if not fixed:
         raise InputError('supports: there are none; write "ground" or groups that cannot move')
     return sorted(fixed)
 
 
-def _held(wanted: str, blocks: Sequence[Block]) -> list[int]:
+def _held(wanted: str, blocks: Sequence[Block], absent: Callable[[], list[str]]) -> list[int]:
+    """Indices of the blocks of a support; none where it is absent by choice."""
     parts = wanted.split(".")
     found = [i for i, block in enumerate(blocks) if _within(block.group.split("."), parts)]
-    if not found:
+    if not found and not _is_absent(wanted, absent(), fnmatchcase):
         known = ", ".join(sorted({block.group for block in blocks if block.group}))
         raise InputError(f'supports: no group "{wanted}"; groups are: {known}')
     return found

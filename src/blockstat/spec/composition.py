@@ -18,7 +18,7 @@ from blockstat.joint import Tie
 from blockstat.loading.cases import check_tables
 from blockstat.model.expression import RESERVED, evaluate, is_expression
 from blockstat.spec.element import Element
-from blockstat.spec.elements import KINDS
+from blockstat.spec.elements import KINDS, check_all_places
 from blockstat.spec.material import Joint, Material, TieTable, stages_from, uncertain_of
 from blockstat.spec.ranges import Range, is_presence, is_range, meant_as_range
 from blockstat.spec.reading import check_name, entries, joined, read_as
@@ -59,6 +59,7 @@ class Plan(msgspec.Struct, frozen=True, kw_only=True):
 
     name: str
     elements: dict[str, Element]  #: those that are present
+    left_out: dict[str, Element] = {}  #: those that are not
     material: Material
     joints: tuple[Joint, ...]
     supports: tuple[str, ...] = (GROUND,)
@@ -160,6 +161,7 @@ def resolve(composition: Composition) -> Plan:
     return Plan(
         name=composition.name,
         elements={name: element for name, element in elements.items() if element.present},
+        left_out={name: element for name, element in elements.items() if not element.present},
         absent=tuple(name if own.prefix is None else own.prefix for name, own in elements.items() if not own.present),
         material=material,
         joints=joints,
@@ -323,6 +325,7 @@ def _element(table: dict[str, Any], path: str, names: _Names) -> Element:
         element = read_as(KINDS[kind], plain, path)
     except InputError:
         element = read_as(KINDS[kind], _rounded(plain), path)
+    check_all_places(element, keys, path)
     prefix = path.removeprefix("elements.") if element.prefix is None else element.prefix
     if prefix.split(".")[0] == GROUND:
         key = path if element.prefix is None else f"{path}.prefix"

@@ -143,7 +143,7 @@ def _with_bearings(strip: Strip, brick: float, radius: float) -> Strip:
         bearing = bearing_of(opening, brick)
         if opening.bearing is None:
             bearing = max(min(bearing, (most - opening.width) / 2), bearing * LEAST_BEARING)
-        if opening.present and opening.number and opening.at != [] and opening.width + 2 * bearing > most:
+        if opening.present and opening.count and opening.width + 2 * bearing > most:
             raise InputError(
                 f'wall "{run.name}": openings[{k}]: width is {opening.width:g} and bearing {bearing:.3g}; the lintel '
                 f"is too long for the radius: width and two bearings must be up to {most:.3g} m together"

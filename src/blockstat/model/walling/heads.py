@@ -91,11 +91,12 @@ def centres(opening: Opening, strip: Strip, label: str) -> list[float]:
     """
     length = strip.axis.length
     if opening.at is None:
-        if opening.number * opening.width > length * (1 - 1e-9):
-            what = "an opening" if opening.number == 1 else f"{opening.number} openings"
-            fit = f"{'does' if opening.number == 1 else 'do'} not fit {length:.3g} m of wall"
+        number = opening.count
+        if number * opening.width > length * (1 - 1e-9):
+            what = "an opening" if number == 1 else f"{number} openings"
+            fit = f"{'does' if number == 1 else 'do'} not fit {length:.3g} m of wall"
             raise InputError(f"{label}: {what} of {opening.width:.3g} m width {fit}")
-        return spaced(length, opening.number)
+        return spaced(length, number)
     places = [float(s) for s in opening.at]
     if not all(0 < s < length for s in places):
         raise InputError(f"{label}: at is {opening.at!r}; the wall is {length:g} m long")

@@ -18,6 +18,8 @@ from blockstat.model.quantities import Count, Ends, Length, Number, Size, Two
 ALIGN = ("centre", "left", "right")
 BONDS = ("running", "stack", "english", "flemish")
 HEADER_BONDS = ("english", "flemish")  #: with stones through the thickness, so of two leaves at least
+#: Of openings and buttresses.
+EITHER = "give either number (evenly spaced) or at (where their centres are)"
 HEADS = ("lintel", "flat", "semicircular", "segmental", "pointed", "elliptic")
 
 
@@ -31,7 +33,7 @@ class Opening(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=T
     width: Length  #: clear [m]
     height: Length  #: of the jambs, from the sill to the springing or to the soffit of a lintel [m]
     sill: Size = 0.0  #: above the ground, 0 for a door [m]
-    number: Number = 1  #: evenly spaced along the run
+    number: Number | None = None  #: evenly spaced along the run, by default 1
     at: Sequence[float] | None = None  #: or where their centres are, along the stretch from its first point [m]
     segment: int = 0  #: which stretch of a path with several, 0 for the first
     head: str = "lintel"  #: lintel, flat, semicircular, segmental, pointed or elliptic
@@ -40,6 +42,11 @@ class Opening(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=T
     voussoirs: Count | None = None  #: their number, by default as many as courses are high
     bearing: Length | None = None  #: of a lintel on each side, by default half a brick [m]
     skew: float | None = None  #: of the skewbacks of a flat arch against the vertical, by default 20 [degrees]
+
+    @property
+    def count(self) -> int:
+        """How many openings they are."""
+        return _count(self.number, self.at)
 
 
 class Coping(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
@@ -103,7 +110,7 @@ class Buttress(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=
     width: Length  #: along the wall [m]
     projection: Length  #: from its face [m]
     height: Length  #: [m]
-    number: Number = 1  #: evenly spaced, by Eqs. 3-5 of the procedural-masonry paper
+    number: Number | None = None  #: evenly spaced, by Eqs. 3-5 of the procedural-masonry paper, by default 1
     at: Sequence[float] | None = None  #: or where their centres are, along the stretch from its first point [m]
     segment: int = 0  #: which stretch of a path with several, 0 for the first
     side: Literal["left", "right"] = "right"  #: of the path
@@ -112,6 +119,17 @@ class Buttress(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=
     steps: Sequence[Ends] = ()  #: height and projection above it, lowest first [m]
     weathering: Size = 0.0  #: height over which a step slopes back, in whole courses, 0 for a flat step [m]
     rake: Size = 0.0  #: slope of the outer face [m per m of height]
+
+    @property
+    def count(self) -> int:
+        """How many buttresses they are."""
+        return _count(self.number, self.at)
+
+
+def _count(number: int | None, at: Sequence[float] | None) -> int:
+    if at is not None:
+        return len(at)
+    return 1 if number is None else number
 
 
 def check_run(run: Run) -> None:
@@ -178,7 +196,7 @@ def check_opening(label: str, opening: Opening) -> None:
     """
     positive(**{f"{label}: width": opening.width, f"{label}: height": opening.height})
     one_of(label, head=(opening.head, HEADS))
-    at_least(0, **{f"{label}: number": opening.number})
+    check_places(label, opening)
     if not 0 <= opening.sill < math.inf:
         raise InputError(f"{label}: sill is {opening.sill!r}; it must be a height of at least 0 [m]")
     of_heads = {
@@ -192,6 +210,28 @@ def check_opening(label: str, opening: Opening) -> None:
             raise InputError(
                 f"{label}: {key} says nothing about {with_article(opening.head)} head; it is for: {', '.join(allowed)}"
             )
+
+
+def check_places(label: str, these: Opening | Buttress) -> None:
+    """Check the number of openings or buttresses, and that it is that of the places where they are put.
+
+    Parameters
+    ----------
+    label : str
+        What messages call it.
+    these : Opening or Buttress
+        As it was written.
+
+    Raises
+    ------
+    InputError
+        For a number below 0, or beside a list of another length.
+    """
+    if these.number is None:
+        return
+    at_least(0, **{f"{label}: number": these.number})
+    if these.at is not None and these.number != len(these.at):
+        raise InputError(f"{label}: number is {these.number}, and the list of at has {len(these.at)}; {EITHER}")
 
 
 def one_of(label: str, **words: tuple[str, Sequence[str]]) -> None:

@@ -14,7 +14,7 @@ from blockstat.model.walling.brickwork import SLIVER, brickwork
 from blockstat.model.walling.heads import tell_moved
 from blockstat.model.walling.pattern import Pattern, fitted
 from blockstat.model.walling.row import Gap, Row
-from blockstat.model.walling.run import Buttress, Run, one_of, spaced
+from blockstat.model.walling.run import Buttress, Run, check_places, one_of, spaced
 from blockstat.model.walling.strip import Line, Strip, nearest, upright
 
 
@@ -71,7 +71,7 @@ def stems(strips: Sequence[Strip], buttresses: Sequence[Buttress], absent: Colle
         host = _host(strips, spec, label)
         check_buttress(spec, label)
         length = strips[host].axis.length
-        places = spaced(length, spec.number) if spec.at is None else [float(s) for s in spec.at]
+        places = spaced(length, spec.count) if spec.at is None else [float(s) for s in spec.at]
         for s in places:
             if not spec.width / 2 <= s <= length - spec.width / 2:
                 raise InputError(f"{label}: a width of {spec.width:g} m at {s:g} m does not fit {length:g} m of wall")
@@ -114,7 +114,7 @@ def check_buttress(spec: Buttress, label: str) -> None:
         **{f"{label}: width": spec.width, f"{label}: projection": spec.projection, f"{label}: height": spec.height}
     )
     one_of(label, side=(spec.side, ("left", "right")))
-    at_least(0, **{f"{label}: number": spec.number})
+    check_places(label, spec)
     if spec.courses is not None:
         at_least(1, **{f"{label}: courses": spec.courses})
         if spec.bonded:
