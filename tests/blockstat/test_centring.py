@@ -1,9 +1,13 @@
 """What a boarded centring carries: soffits all over, and nothing of what is put in later."""
 
+import json
+
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from blockstat import Assembly, Block, assess_stages, box, build, centring, falsework, scene_from
+from blockstat import Assembly, Block, InputError, assess_stages, box, build, centring, falsework, scene_from
+from blockstat.cli.commands import app
 from building_sites import arch
 
 #: Vaults of which some course fell while each stone had one prop, in the middle of one soffit.
@@ -118,3 +122,54 @@ def test_a_ring_on_its_centring_is_judged_as_if_no_ring_came_below_it_later():
     totals = [[stage.falsework.total for stage in found.stages[:5]] for found in (alone, both)]
     assert totals[1] == pytest.approx(totals[0], rel=1e-6, abs=1e-3)
     assert totals[0][3] > 1e3
+
+
+ABSENT = """
+[elements.p]
+kind = "pier"
+size = [0.6, 0.6]
+height = 1
+courses = 2
+[elements.q]
+kind = "pier"
+size = [0.6, 0.6]
+height = 1
+courses = 2
+at = [2, 0, 0]
+present = false
+[[stages]]
+name = "a"
+place = ["p"]
+[[stages]]
+name = "b"
+place = ["q", "q.pier"]
+centring = ["q"]
+courses = true
+"""
+
+
+def test_a_stage_puts_in_nothing_of_what_is_not_present(tmp_path):
+    path = tmp_path / "piers.toml"
+    path.write_text(ABSENT)
+    rows = json.loads(CliRunner().invoke(app, ["sequence", str(path), "--stages", "--json"]).stdout)["stages"]
+    assert [(row["name"], row["blocks"], row["verdict"]) for row in rows] == [("a", 2, "stable"), ("b", 2, "stable")]
+    path.write_text(ABSENT.replace("present = false", ""))
+    rows = json.loads(CliRunner().invoke(app, ["sequence", str(path), "--stages", "--json"]).stdout)["stages"]
+    assert [row["blocks"] for row in rows] == [2, 3, 4]
+    path.write_text(ABSENT.replace('["q", "q.pier"]', '["r"]'))
+    said = CliRunner().invoke(app, ["sequence", str(path), "--stages"])
+    assert isinstance(said.exception, InputError)
+    assert 'stages.1 ("b"): no group "r"; groups are: ground, p.pier' in str(said.exception)
+
+
+def test_stages_of_an_assembly_say_which_groups_may_be_absent(tmp_path):
+    path = tmp_path / "piers.json"
+    scene = tmp_path / "piers.toml"
+    scene.write_text(ABSENT)
+    assert CliRunner().invoke(app, ["build", str(scene), "-o", str(path)]).exit_code == 0
+    assert json.loads(path.read_text())["absent"] == ["q", "q.pier"]
+    assert CliRunner().invoke(app, ["sequence", str(path), "--stages"]).exit_code == 0
+    asm = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1), name="b", group="b")], supports=["b"])
+    for absent, words in ((["q"], 'no group "p"; groups are: b'), ("p", "metadata: \"absent\" is 'p'; it is a list")):
+        with pytest.raises(InputError, match=words):
+            assess_stages(asm.with_(metadata={"stages": [{"name": "a", "place": ["p"]}], "absent": absent}))

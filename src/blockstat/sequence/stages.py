@@ -126,7 +126,8 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
     Parameters
     ----------
     assembly : Assembly
-        Built from a scene; its stages are in `metadata["stages"]`.
+        Built from a scene; its stages are in `metadata["stages"]`, and in `metadata["absent"]` the groups that the
+        scene has with other values only. These are empty.
 
     Returns
     -------
@@ -151,7 +152,9 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
                 name = assembly.names[block]
                 raise InputError(f'{where}: block "{name}" is put in, but stands since stage "{placed[block]}"')
             placed[block] = stage.name
-        if idle := [group for group in stage.centring if not len(_blocks(assembly, (group,), where))]:
+        absent = _absent(assembly)
+        idle = [own for own in stage.centring if own not in absent and not len(_blocks(assembly, (own,), where))]
+        if idle:
             raise InputError(f'{where}: all blocks of "{idle[0]}" are supports; nothing of it rests on a centring')
         late = [b for b in _blocks(assembly, stage.centring, where).tolist() if b not in placed]
         if late:
@@ -164,6 +167,14 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
     return tuple(found)
 
 
+def _absent(assembly: Assembly) -> Sequence[str]:
+    """The groups of the scene that have no blocks at its values."""
+    absent = assembly.metadata.get("absent", ())
+    if not isinstance(absent, Sequence) or isinstance(absent, str):
+        raise InputError(f'metadata: "absent" is {absent!r}; it is a list of groups')
+    return absent
+
+
 def _blocks(assembly: Assembly, groups: tuple[str, ...], where: str) -> Ints:
     """The free blocks of some groups."""
     chosen = np.zeros(assembly.n_blocks, dtype=bool)
@@ -171,7 +182,8 @@ def _blocks(assembly: Assembly, groups: tuple[str, ...], where: str) -> Ints:
         try:
             chosen[assembly.in_group(group)] = True
         except InputError as error:
-            raise InputError(f"{where}: {error}") from None
+            if group not in _absent(assembly):
+                raise InputError(f"{where}: {error}") from None
     return np.flatnonzero(chosen & ~assembly.support)
 
 
