@@ -62,8 +62,8 @@ if TYPE_CHECKING:
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
     from blockstat.sensitivity.reserve import ReserveMap, reserve_map
     from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
+    from blockstat.sequence.centring import Decentring, centring, decentring
     from blockstat.sequence.courses import Course, CoursesOutcome, CoursesResult, build_by_courses
-    from blockstat.sequence.lowering import Decentring, decentring
     from blockstat.sequence.order import (
         OrderCount,
         OrderOutcome,
@@ -79,7 +79,6 @@ if TYPE_CHECKING:
         Falsework,
         FalseworkOutcome,
         Prop,
-        centring,
         falsework,
         hoists,
         remove_each,
@@ -207,9 +206,9 @@ _HOMES = {
         "sensitivity.parameters": "limit_load_gradient score_gradient stone_sensitivity",
         "sensitivity.reserve": "ReserveMap reserve_map",
         "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
-        "sequence.props": "Falsework FalseworkOutcome Prop centring falsework hoists remove_each",
+        "sequence.props": "Falsework FalseworkOutcome Prop falsework hoists remove_each",
         "sequence.courses": "Course CoursesOutcome CoursesResult build_by_courses",
-        "sequence.lowering": "Decentring decentring",
+        "sequence.centring": "Decentring centring decentring",
         "sequence.prop_sets": "CentringOrder fewest_props least_centring",
         "sequence.order": "OrderCount OrderOutcome OrderResult SafestOrder count_orders find_order safest_order",
         "sequence.plan": "Plan PlanVerdict Step assess_plan check_plan read_plan write_plan",

@@ -33,7 +33,7 @@ def test_blocks_follow_the_centring_by_what_it_gives_way_and_the_work_is_that_of
     weight = assembly.mass[:, None] * assembly.gravity
     work = float((weight * found.displacement[:, :3]).sum())
     assert work == pytest.approx(0.002 * found.falsework.total, rel=1e-6)
-    assert found.falsework.total == pytest.approx(1.541710959 * assembly.mass[0] * 9.81, rel=1e-6)
+    assert found.falsework.total == pytest.approx(1.136204329 * assembly.mass[0] * 9.81, rel=1e-6)
     block = [assembly.names.index(prop.block) for prop in props]
     velocity = point_velocity(assembly, found.displacement, np.array(block), np.array([p.point for p in props]))
     along = np.einsum("nj,nj->n", velocity, np.array([p.direction for p in props]))
@@ -83,9 +83,9 @@ def test_the_fewest_props_of_an_open_arch_hold_it_and_no_fewer_do():
         assert falsework(assembly, (OPEN, []), fewer).outcome.word == "not_held"
 
 
-@pytest.mark.parametrize(("props", "peak"), [(hoists, 4.0), (centring, 1.541710959)])
+@pytest.mark.parametrize(("props", "peak"), [(hoists, 4.0), (centring, 1.136204329)])
 def test_least_peaks_over_all_orders_of_an_arch(props, peak):
-    """Over all 7! orders, by an independent enumeration: 4 stone weights hoisted, 1.541710959 on the centring."""
+    """Over all 7! orders, by an independent enumeration: 4 stone weights hoisted, 1.136204329 on the centring."""
     assembly = arch()
     found = least_centring(assembly, props)
     assert found.peak / (assembly.mass[0] * 9.81) == pytest.approx(peak, abs=1e-6)

@@ -127,9 +127,10 @@ def test_each_state_has_the_verdict_of_its_own_assembly():
 
 @pytest.mark.parametrize(
     ("placed", "hoist", "radial"),
-    [("06", 0, 0), ("0156", 2, 0.460399947), ("012456", 4, 1.541710959), ("0123456", 0, 0)],
+    [("06", 0, 0), ("0156", 2, 0.230199973), ("012456", 4, 1.136204329), ("0123456", 0, 0)],
 )
 def test_falsework_of_an_arch_built_from_both_sides(placed, hoist, radial):
+    """Where s1 and s5 turn, the far end of a soffit has twice the lever of its middle, and takes half the force."""
     assembly = arch()
     stones = [f"s{k}" for k in placed]
     weight = assembly.mass[0] * 9.81
@@ -398,9 +399,9 @@ def test_blocks_in_hands_need_no_falsework():
 def test_no_centring_stands_in_a_joint():
     """A stack looks down into joints alone; an arm of a tee juts out."""
     assert centring(stack(2), ["stone0", "stone1"]) == []
-    assert [prop.block for prop in centring(tee(), ["base", "left"])] == ["left"]
+    assert {prop.block for prop in centring(tee(), ["base", "left"])} == {"left"}
     stones = [f"s{k}" for k in range(7)]
-    assert [prop.block for prop in centring(arch(), stones)] == stones
+    assert [prop.block for prop in centring(arch(), stones)] == [stone for stone in stones for _ in range(4)]
 
 
 def test_a_motion_of_no_size_is_no_proof_that_props_fail():

@@ -240,7 +240,7 @@ def _check_props(plan: Plan, assembly: Assembly) -> None:
     for name, prop in plan.props.items():
         _check_names(assembly, f'prop "{name}"', (prop.block,))
         step = next((f"step {k}: " for k, step in enumerate(plan.steps) if name in step.props_in), "")
-        check_on_block(assembly, prop, f'{step}prop "{name}"')
+        check_on_block(assembly, assembly.names.index(prop.block), prop, f'{step}prop "{name}"')
     standing = set[str]()
     for k, (step, (present, _)) in enumerate(zip(plan.steps, plan.states(), strict=True)):
         for name in (*step.props_in, *step.props_out):

@@ -22,9 +22,9 @@ from blockstat.analysis.decision import outcome_of
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.rims import overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
+from blockstat.assembly import block_indices
 from blockstat.certificate.check import FORCE_LIMIT, force_errors, power
-from blockstat.contact.faces import frames
-from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
+from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, check_vector, known_options
 from blockstat.loads import ON_BLOCK
 from blockstat.program.penalty import PenaltyProgram
@@ -36,11 +36,6 @@ from blockstat.typing import Floats
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Faces whose normal points down by less than this are upright: no prop stands under them.
-UPRIGHT = 1e-9
-#: Faces within this fraction of a block's size of the plane of a joint are in it, and what joints leave free of a face
-#: is nothing below this fraction of it.
-IN_PLANE = 1e-3
 #: What a solution may leave unbalanced, of a block's load, to count as one.
 BALANCED = 1e-6
 
@@ -122,15 +117,23 @@ class Falsework(Result):
         """Largest force of a prop [N]."""
         return float(self.force.max(initial=0.0))
 
+    @property
+    def by_block(self) -> dict[str, float]:
+        """Sum of the forces of the props under each block [N], by its name."""
+        found = dict[str, float]()
+        for prop, force in zip(self.props, self.force.tolist(), strict=True):
+            found[prop.block] = found.get(prop.block, 0.0) + force
+        return found
+
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON.
 
         Returns
         -------
         dict
-            With the force of each prop by its block.
+            With the force under each block, which is the sum of its props.
         """
-        forces = [{"block": p.block, "force": float(f)} for p, f in zip(self.props, self.force, strict=True)]
+        forces = [{"block": block, "force": force} for block, force in self.by_block.items()]
         names = ("least", "total", "peak", "bound", "residual", "cone_violation")
         return {"outcome": self.outcome.word, **{n: getattr(self, n) for n in names}, "props": forces}
 
@@ -167,64 +170,6 @@ def hoists(assembly: Assembly, blocks: Iterable[str]) -> list[Prop]:
     up = -assembly.gravity / np.linalg.norm(assembly.gravity)
     chosen = assembly.blocks_named(blocks, "hoists")
     return [Prop(assembly.names[k], tuple(assembly.centroid[k].tolist()), tuple(up.tolist())) for k in chosen]
-
-
-@known_options
-def centring(assembly: Assembly, blocks: Iterable[str], *, interfaces: Interfaces | None = None) -> list[Prop]:
-    """Return props under blocks, each normal to the face that looks down most, in the middle of what is free of it.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        All blocks.
-    blocks : iterable of str
-        The names of those that rest on the centring.
-    interfaces : Interfaces, optional
-        The joints of the assembly: no prop stands in one. They are searched for if not given.
-
-    Returns
-    -------
-    list of Prop
-        One for each block that has such a face; it pushes without friction.
-    """
-    up = -assembly.gravity / np.linalg.norm(assembly.gravity)
-    joints = find_interfaces(assembly) if interfaces is None else interfaces
-    found = []
-    for block in assembly.blocks_named(blocks, "centring"):
-        slope = -assembly.planes.normal @ up
-        faces = np.flatnonzero((assembly.face_block == block) & (slope > UPRIGHT))
-        for face in faces[np.argsort(-slope[faces], kind="stable")]:
-            place = _middle_of_free(assembly, joints, face)
-            if place is not None:
-                push = -assembly.planes.normal[face]
-                found.append(Prop(assembly.names[block], tuple(place.tolist()), tuple(push.tolist())))
-                break
-    return found
-
-
-def _middle_of_free(assembly: Assembly, joints: Interfaces, face: int) -> Floats | None:
-    """The middle of the largest part of a face that is in no joint; None where all of it is."""
-    import shapely
-
-    block, normal, centre = assembly.face_block[face], assembly.planes.normal[face], assembly.planes.centre[face]
-    mine = np.flatnonzero((joints.pair == block).any(axis=1))
-    offset = np.abs((joints.point[joints.start[mine]] - centre) @ normal)
-    along = np.abs(joints.frame[mine, 0] @ normal)
-    covering = mine[(offset < IN_PLANE * assembly.size[block]) & (along > 1 - IN_PLANE)]
-    if not len(covering):
-        return centre
-    axes = frames(normal[None])[0, 1:]
-    corners = assembly.vertices[assembly.face_vertices[assembly.face_start[face] : assembly.face_start[face + 1]]]
-    free = shapely.make_valid(shapely.Polygon((corners - centre) @ axes.T))  # warped corners may cross
-    least = IN_PLANE * free.area
-    for joint in covering:
-        points = joints.point[joints.start[joint] : joints.start[joint + 1]]
-        free = free.difference(shapely.MultiPoint((points - centre) @ axes.T).convex_hull)
-    part = max(shapely.get_parts(free), key=shapely.area, default=shapely.Polygon())
-    if part.area <= least:
-        return None
-    middle = part.centroid if part.contains(part.centroid) else part.representative_point()
-    return centre + np.array([middle.x, middle.y]) @ axes
 
 
 @known_options
@@ -314,22 +259,24 @@ def held_by_props(
         raise InputError("falsework is for dry joints; this assembly has joint laws")
     present, fixed = whole.state_of(*state, "falsework")
     free, props = present & ~fixed, tuple(props)
-    for prop in props:
-        block = assembly.blocks_named(prop.block, "falsework")[0]
+    blocks = block_indices(assembly.names, [prop.block for prop in props], "falsework").tolist()
+    for prop, block in zip(props, blocks, strict=True):
         if not free[block]:
             raise InputError(f'falsework: block "{prop.block}" is held or not present; props stand under free blocks')
-        check_on_block(assembly, prop, "falsework: the prop")
+        check_on_block(assembly, block, prop, "falsework: the prop")
     problem = whole.propped(free, present)
     return problem, *_least(problem, props, least)
 
 
-def check_on_block(assembly: Assembly, prop: Prop, called: str) -> None:
+def check_on_block(assembly: Assembly, block: int, prop: Prop, called: str) -> None:
     """Check that a prop pushes on its block.
 
     Parameters
     ----------
     assembly : Assembly
         All blocks.
+    block : int
+        The number of the block.
     prop : Prop
         The prop.
     called : str
@@ -340,7 +287,6 @@ def check_on_block(assembly: Assembly, prop: Prop, called: str) -> None:
     InputError
         For a point beyond the box of the block.
     """
-    block = assembly.blocks_named(prop.block, called)[0]
     place, low, high = np.asarray(prop.point, dtype=float), assembly.bounds[0][block], assembly.bounds[1][block]
     # The whole box: the centre of a warped face or of a notched one lies in it, and so does a hoist's centroid.
     room = ON_BLOCK * float(assembly.size[block])
@@ -356,7 +302,7 @@ def _least(problem: Problem, props: tuple[Prop, ...], least: str) -> tuple[False
     program = problem.program
     if program is None:
         return Falsework(FalseworkOutcome.HELD, props, np.zeros(len(props)), least, 0.0, 0.0, 0.0), np.empty(0)
-    pushes = sparse.csc_array(pushes_of(problem, props))
+    pushes = pushes_of(problem, props)
     m, n = len(program.friction), len(props)
     if not m + n:  # nothing touches anything
         fell = np.full(n, np.nan)
@@ -405,7 +351,7 @@ def _solved(program: PenaltyProgram, pushes: sparse.csc_array, n: int, peak: boo
     return run(sparse.csc_array((len(cost), len(cost))), cost, matrix, bound, cones)
 
 
-def pushes_of(problem: Problem, props: Sequence[Prop]) -> Floats:
+def pushes_of(problem: Problem, props: Sequence[Prop]) -> sparse.csc_array:
     """Return B, the wrenches of unit forces in the props.
 
     Parameters
@@ -417,19 +363,21 @@ def pushes_of(problem: Problem, props: Sequence[Prop]) -> Floats:
 
     Returns
     -------
-    array of float, shape (6 n, n_props)
+    sparse array of float, shape (6 n, n_props)
         In the units of the program.
     """
     assert problem.program is not None
-    wrench = np.zeros((problem.assembly.n_blocks, 6, len(props)))
-    for k, prop in enumerate(props):
-        block = problem.assembly.names.index(prop.block)
-        direction = np.array(prop.direction) / np.linalg.norm(prop.direction)
-        arm = np.array(prop.point) - problem.assembly.centroid[block]
-        wrench[block, :3, k], wrench[block, 3:, k] = direction, np.cross(arm, direction)
-    own = wrench[problem.eq.blocks]
-    own[:, 3:] /= problem.program.length_unit
-    return own.reshape(6 * len(own), len(props))
+    assembly, n, rows = problem.assembly, len(props), len(problem.eq.blocks)
+    block = block_indices(assembly.names, [prop.block for prop in props], "props")
+    way = np.array([prop.direction for prop in props], dtype=float).reshape(n, 3)
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    arm = np.array([prop.point for prop in props], dtype=float).reshape(n, 3) - assembly.centroid[block]
+    wrench = np.hstack([way, np.cross(arm, way) / problem.program.length_unit])
+    row = np.full(assembly.n_blocks, -1)
+    row[problem.eq.blocks] = np.arange(rows)
+    on = np.flatnonzero(row[block] >= 0)
+    place = 6 * np.repeat(row[block[on]], 6) + np.tile(np.arange(6), len(on))
+    return sparse.csc_array((wrench[on].reshape(-1), (place, np.repeat(on, 6))), shape=(6 * rows, n))
 
 
 def falls_on_props(problem: Problem, props: Sequence[Prop], twist: Floats) -> bool:

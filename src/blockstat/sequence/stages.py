@@ -8,8 +8,9 @@ A stage is a table of the scene file::
     centring = ["vault"]     # groups that rest on a centring at its end
     courses = true           # judged after each course, too
 
-Without a centring a stage is one more static verdict. On a centring it has the least total force of props, each normal
-to the face of a block that looks down most (`blockstat.centring`).
+Without a centring a stage is one more static verdict. On a centring it has the least total force of its boards, which
+push on the soffits of the blocks, normal to them (`blockstat.centring`). What is put in later plays no part, but that
+no board lies in a joint between two blocks of one centring.
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.result import Result, Unfinished, finite, listed
+from blockstat.sequence.centring import centring
 from blockstat.sequence.courses import levels
-from blockstat.sequence.props import Falsework, centring, held_by_props, outcome_with_props
+from blockstat.sequence.props import Falsework, held_by_props, outcome_with_props
 from blockstat.sequence.states import Whole
 from blockstat.spec.material import Stage, stages_from
 from blockstat.system.workers import in_stretches
@@ -48,6 +50,12 @@ class StageVerdict:
     moving: tuple[str, ...]  #: blocks that move where it falls
     falsework: Falsework | None = None  #: with a centring
     unpropped: tuple[str, ...] = ()  #: blocks on the centring all of whose faces that look down are in joints
+
+    @property
+    def most_under_a_block(self) -> float:
+        """The largest force under one block [N], summed over its soffits; nan where the centring does not hold it."""
+        forces = {} if self.falsework is None else self.falsework.by_block
+        return max(forces.values(), default=0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +86,7 @@ class StagesVerdict(Result):
                     "moving": list(stage.moving),
                     "unpropped": list(stage.unpropped),
                     "centring_total": None if stage.falsework is None else finite(stage.falsework.total),
-                    "centring_peak": None if stage.falsework is None else finite(stage.falsework.peak),
+                    "centring_peak": None if stage.falsework is None else finite(stage.most_under_a_block),
                 }
                 for stage in self.stages
             ],
@@ -102,10 +110,10 @@ class StagesVerdict(Result):
         for stage in self.stages:
             words = f"{stage.name}: {stage.blocks} blocks, {stage.outcome.word}"
             if stage.falsework is not None and stage.outcome is Outcome.STABLE:
-                total, peak = 1e-3 * stage.falsework.total, 1e-3 * stage.falsework.peak
-                words += f" on props that need {total:.2f} kN at least, up to {peak:.2f} kN in one of them"
+                total, most = 1e-3 * stage.falsework.total, 1e-3 * stage.most_under_a_block
+                words += f" on a centring that needs {total:.2f} kN at least, up to {most:.2f} kN under one block"
             elif stage.unpropped:
-                words += f"; no prop of the centring has room under {listed(stage.unpropped, limit)}"
+                words += f"; no board of the centring has room under {listed(stage.unpropped, limit)}"
             if stage.moving:
                 words += f"; first to move: {listed(stage.moving, limit)}"
             lines.append(words)
@@ -118,7 +126,8 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
     Parameters
     ----------
     assembly : Assembly
-        Built from a scene; its stages are in `metadata["stages"]`.
+        Built from a scene; its stages are in `metadata["stages"]`, and in `metadata["absent"]` the groups that the
+        scene has with other values only. These are empty.
 
     Returns
     -------
@@ -143,7 +152,9 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
                 name = assembly.names[block]
                 raise InputError(f'{where}: block "{name}" is put in, but stands since stage "{placed[block]}"')
             placed[block] = stage.name
-        if idle := [group for group in stage.centring if not len(_blocks(assembly, (group,), where))]:
+        absent = _absent(assembly)
+        idle = [own for own in stage.centring if own not in absent and not len(_blocks(assembly, (own,), where))]
+        if idle:
             raise InputError(f'{where}: all blocks of "{idle[0]}" are supports; nothing of it rests on a centring')
         late = [b for b in _blocks(assembly, stage.centring, where).tolist() if b not in placed]
         if late:
@@ -156,6 +167,14 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
     return tuple(found)
 
 
+def _absent(assembly: Assembly) -> Sequence[str]:
+    """The groups of the scene that have no blocks at its values."""
+    absent = assembly.metadata.get("absent", ())
+    if not isinstance(absent, Sequence) or isinstance(absent, str):
+        raise InputError(f'metadata: "absent" is {absent!r}; it is a list of groups')
+    return absent
+
+
 def _blocks(assembly: Assembly, groups: tuple[str, ...], where: str) -> Ints:
     """The free blocks of some groups."""
     chosen = np.zeros(assembly.n_blocks, dtype=bool)
@@ -163,7 +182,8 @@ def _blocks(assembly: Assembly, groups: tuple[str, ...], where: str) -> Ints:
         try:
             chosen[assembly.in_group(group)] = True
         except InputError as error:
-            raise InputError(f"{where}: {error}") from None
+            if group not in _absent(assembly):
+                raise InputError(f"{where}: {error}") from None
     return np.flatnonzero(chosen & ~assembly.support)
 
 
@@ -185,7 +205,8 @@ def assess_stages(
         Built from a scene with stages, with dry joints.
     friction, flow, gap
         As of `assess_states`. A stage on a centring is judged by limit analysis whatever the flow: it stands if some
-        forces of the centring hold it, and falls if a mechanism proves that none do.
+        forces of the centring hold it, and falls if a mechanism proves that none do, wherever its boards push on the
+        soffits (see `centring`).
     jobs : int, optional
         As of `assess_states`.
     progress : callable, optional
@@ -230,7 +251,7 @@ def assess_stages(
                 else stage.name
             )
             on = _blocks(assembly, stage.centring, stage.name)
-            states.append((name, present.copy(), on[present[on]]))
+            states.append((name, present.copy(), on))
     found = in_stretches(partial(_judged, whole, flow), states, jobs, progress)
     missing = len(states) - len(found)
     every = Unfinished.STOPPED if missing else Outcome.STABLE
@@ -239,21 +260,21 @@ def assess_stages(
 
 
 def _judged(whole: Whole, flow: str, states: list[tuple[str, np.ndarray, Ints]]) -> list[StageVerdict]:
-    """The verdicts on some stages, each by its name, the blocks that are there, and those on a centring."""
+    """The verdicts on some stages, each by its name, the blocks that are there, and those of its centring."""
     return [_verdict(whole, flow, *state) for state in states]
 
 
 def _verdict(whole: Whole, flow: str, name: str, present: np.ndarray, on: Ints) -> StageVerdict:
-    """The verdict on a stage with some blocks on a centring."""
+    """The verdict on a stage with some blocks on a centring, now or in a later course of it."""
     assembly, free = whole.assembly, int((present & ~whole.assembly.support).sum())
-    if not len(on):
+    there = [name for name, is_there in zip(assembly.names, present, strict=True) if is_there]
+    if not present[on].any():
         verdict = whole.assess(present, assembly.support, flow=flow, score=False)
         moving = tuple(assembly.names[k] for k in verdict.moving)
         return StageVerdict(name, free, verdict.outcome, verdict.score, moving)
-    props = centring(assembly, [assembly.names[k] for k in on], interfaces=whole.interfaces)
-    there = [name for name, is_there in zip(assembly.names, present, strict=True) if is_there]
+    props = centring(assembly, [assembly.names[k] for k in on], present=there, interfaces=whole.interfaces)
     options: dict[str, Any] = {"least": "total", "interfaces": whole.interfaces, "gap": whole.gap}
     problem, found, twist = held_by_props(assembly, (there, []), props, **options)
     held = {prop.block for prop in props}
-    unpropped = tuple(assembly.names[k] for k in on if assembly.names[k] not in held)
+    unpropped = tuple(assembly.names[k] for k in on[present[on]] if assembly.names[k] not in held)
     return StageVerdict(name, free, outcome_with_props(problem, props, found, twist), np.nan, (), found, unpropped)

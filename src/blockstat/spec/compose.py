@@ -87,7 +87,9 @@ def build(scene: Scene) -> Assembly:
             **{key: own for key, own in _tables(plan) if own},
         },
     )
-    _check_groups(plan, assembly, moves=any(len(found.steps()) > 1 for found in parameters(scene).values()))
+    absent = _absent_groups(plan, assembly, moves=any(len(found.steps()) > 1 for found in parameters(scene).values()))
+    if absent:
+        assembly = assembly.with_(metadata={**assembly.metadata, "absent": absent})
     if not plan.no_overlap:
         _check_elements_apart(assembly)
     return assembly
@@ -160,8 +162,11 @@ def _tables(plan: Plan) -> list[tuple[str, Any]]:
     return [*tables, ("uncertain", plan.uncertain)]
 
 
-def _check_groups(plan: Plan, assembly: Assembly, *, moves: bool) -> None:
-    """Raise InputError for a group of stages or random variables that does not exist, nor would with other values."""
+def _absent_groups(plan: Plan, assembly: Assembly, *, moves: bool) -> list[str]:
+    """The groups of stages and random variables that exist with other values only; InputError for one that never does.
+
+    Who judges the assembly takes them for empty.
+    """
     named = [
         (f'stages.{k} ("{stage.name}")', group)
         for k, stage in enumerate(stages_from(plan.stages))
@@ -169,13 +174,17 @@ def _check_groups(plan: Plan, assembly: Assembly, *, moves: bool) -> None:
     ]
     named += [(f"uncertain.{key}", key.partition(".")[2]) for key in plan.uncertain if key not in KEYS]
     first = {own.split(".")[0] for own in (*plan.absent, *(assembly.groups if moves else ()))}
-    wrong = []
+    wrong, absent = [], list[str]()
     for where, group in named:
-        may_be = group.split(".")[0] in first or "" in plan.absent
-        if not may_be and not any(fits(group, own) for own in assembly.groups):
+        if any(fits(group, own) for own in assembly.groups):
+            continue
+        if group.split(".")[0] in first or "" in plan.absent:
+            absent.append(group)
+        else:
             wrong.append(str(no_such("group", group, sorted({own for own in assembly.groups if own})).under(where)))
     if wrong:
         raise InputError(*wrong)
+    return sorted(set(absent))
 
 
 def _said(message: str, keys: Mapping[str, str]) -> str:

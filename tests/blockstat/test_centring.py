@@ -1,0 +1,175 @@
+"""What a boarded centring carries: soffits all over, and nothing of what is put in later."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from blockstat import Assembly, Block, InputError, assess_stages, box, build, centring, falsework, scene_from
+from blockstat.cli.commands import app
+from building_sites import arch
+
+#: Vaults of which some course fell while each stone had one prop, in the middle of one soffit.
+VAULTS = {
+    "groin": {"kind": "groin", "spans": [3.0, 3.0], "thickness": 0.25, "voussoirs": 9, "brick": 0.6},
+    "pointed groin": {"kind": "groin", "spans": [3.0, 3.0], "thickness": 0.25, "voussoirs": 8, "brick": 0.8,
+                      "shape": "pointed", "rise": 2.2},
+    "groin over a rectangle": {"kind": "groin", "spans": [3.0, 2.0], "thickness": 0.25, "voussoirs": 7, "brick": 1.2},
+    "fan": {"kind": "fan", "spans": [4, 4], "rise": 1.6, "thickness": 0.25, "foot": 0.5, "rings": 3, "voussoirs": 2},
+    "sail": {"kind": "sail", "spans": [3, 3], "rise": 1.2, "thickness": 0.25, "courses": 5, "voussoirs": 4,
+             "supports": ["south", "north"]},
+    "freeform": {"kind": "freeform", "height": "1.2*(1-y**2)*(1-0.3*x**2)", "x": [-1, 1], "y": [-1, 1], "courses": 6,
+                 "voussoirs": 4, "thickness": 0.2},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("vault", VAULTS)
+def test_a_vault_that_rests_wholly_on_its_centring_stands_after_each_course(vault):
+    stage = {"name": "vault", "place": ["v"], "centring": ["v"], "courses": True}
+    element = {**VAULTS[vault], "springers": 0.3}
+    scene = {"name": vault, "supports": ["v.springer"], "elements": {"v": element}, "stages": [stage]}
+    found = assess_stages(build(scene_from(scene)))
+    assert {stage.outcome.word for stage in found.stages} == {"stable"}
+    assert max(stage.falsework.total for stage in found.stages) > 1e3
+
+
+def prism(profile):
+    """A stone of 1 m depth over a profile in x and z, that touches nothing."""
+    n = len(profile)
+    corners = [(x, y, z) for y in (0.0, 1.0) for x, z in profile]
+    sides = [[k, k + n, (k + 1) % n + n, (k + 1) % n] for k in range(n)]
+    stone = Block(corners, [list(range(n)), list(range(2 * n - 1, n - 1, -1)), *sides], "stone")
+    ground = box((5.0, 0.0, -1.0), (6.0, 1.0, 0.0), name="ground")
+    return Assembly.from_blocks([ground, stone], supports=["ground"], density=1000.0, gravity=(0, 0, -10))
+
+
+@pytest.mark.parametrize(("left", "right"), [(1.0, 1.0), (1.0, 0.5)], ids=["alike", "steeper"])
+def test_two_soffits_of_a_stone_carry_it_as_the_triangle_of_forces_says(left, right):
+    """Slopes a and b of the soffits from the level: N_a sin a = N_b sin b, N_a cos a + N_b cos b = w.
+
+    Each soffit has its part of the weight wherever the lines of action meet, which they do within both soffits.
+    """
+    assembly = prism([(-left, 0.0), (0.0, 1.0), (right, 0.0), (right, 2.0), (-left, 2.0)])
+    props = centring(assembly, ["stone"])
+    assert len(props) == 8
+    found = falsework(assembly, (["stone"], []), props)
+    weight, a, b = assembly.mass[1] * 10, np.arctan(1 / left), np.arctan(1 / right)
+    one, other = weight * np.sin([b, a]) / np.sin(a + b)
+    upward = np.array([prop.direction[2] for prop in props])
+    assert found.total == pytest.approx(one + other, rel=1e-6)
+    assert found.force @ upward == pytest.approx(weight, rel=1e-6)
+    assert found.by_block == {"stone": pytest.approx(one + other, rel=1e-6)}
+    assert found.summary()["props"] == [{"block": "stone", "force": pytest.approx(one + other, rel=1e-6)}]
+
+
+def test_a_stone_bears_anywhere_on_its_soffit_and_its_centring_has_its_weight():
+    """The weight of an L is beside the middle of its foot."""
+    assembly = prism([(0.0, 0.0), (1.0, 0.0), (1.0, 3.0), (0.7, 3.0), (0.7, 0.5), (0.0, 0.5)])
+    found = falsework(assembly, (["stone"], []), centring(assembly, ["stone"]))
+    assert found.outcome.word == "held"
+    assert found.total == pytest.approx(assembly.mass[1] * 10, rel=1e-6)
+
+
+def test_no_board_lies_under_a_bed_whose_neighbour_is_not_there_yet():
+    """Past the crown the far bed of a stone looks down. The stones slide down the centring: no board stops them there.
+
+    The neighbour may rest on the same centring later, or belong to another stage.
+    """
+    assembly = arch()
+    there = [f"s{k}" for k in range(5)]
+    every = [f"s{k}" for k in range(7)]
+    props = {name: centring(assembly, blocks, present=there) for name, blocks in (("one", there), ("all", every))}
+    for found in props.values():
+        assert [prop.block for prop in found] == [stone for stone in there for _ in range(4)]
+        radial = np.array([prop.direction for prop in found])
+        middle = np.array([assembly.centroid[assembly.names.index(prop.block)] for prop in found]) * [1, 0, 1]
+        np.testing.assert_allclose(radial, middle / np.linalg.norm(middle, axis=1)[:, None], atol=1e-9)
+        assert falsework(assembly, (there, []), found).outcome.word == "not_held"
+
+
+def beam(**more):
+    """Three stones of 1 m on a centring between two piers, .5 m of the outer ones on them."""
+    across = {"repeat": {"number": 2, "by": [2.5, 0, 0]}}
+    elements = {
+        "pier": {"kind": "box", "size": [0.5, 0.5, 2], "at": [-1.25, 0, 0], **across},
+        "stone": {"kind": "box", "size": [1, 0.5, 0.4], "at": [-1, 0, 2], "repeat": {"number": 3, "by": [1, 0, 0]}},
+    }
+    stages = [{"name": "piers", "place": ["pier"]}, {"name": "beam", "place": ["stone"], "centring": ["stone"]}]
+    stages += [{"name": "infill", "place": [name]} for name in more]
+    return assess_stages(build(scene_from({"name": "beam", "elements": {**elements, **more}, "stages": stages})))
+
+
+def test_an_infill_that_is_built_later_takes_no_room_of_the_centring():
+    alone, filled = beam(), beam(infill={"kind": "box", "size": [1, 0.5, 2]})
+    assert [stage.outcome.word for stage in alone.stages] == ["stable", "stable"]
+    assert [stage.outcome.word for stage in filled.stages] == ["stable", "stable", "stable"]
+    assert filled.stages[1].unpropped == ()
+    assert filled.stages[1].falsework.props == alone.stages[1].falsework.props
+    assert filled.stages[1].falsework.total == pytest.approx(alone.stages[1].falsework.total, rel=1e-6)
+
+
+def test_a_ring_on_its_centring_is_judged_as_if_no_ring_came_below_it_later():
+    def ring(span):
+        return {"kind": "arch", "span": span, "thickness": 0.3, "depth": 0.5, "voussoirs": 9}
+
+    first = {"name": "outer", "place": ["outer"], "centring": ["outer"], "courses": True}
+    then = {"name": "inner", "place": ["inner"], "centring": ["inner"]}
+    one = {"name": "one", "elements": {"outer": ring(2.6)}, "stages": [first]}
+    two = {"name": "two", "elements": {"outer": ring(2.6), "inner": ring(2.0)}, "stages": [first, then]}
+    alone, both = (assess_stages(build(scene_from(scene))) for scene in (one, two))
+    assert {stage.outcome.word for stage in both.stages} == {"stable"}
+    totals = [[stage.falsework.total for stage in found.stages[:5]] for found in (alone, both)]
+    assert totals[1] == pytest.approx(totals[0], rel=1e-6, abs=1e-3)
+    assert totals[0][3] > 1e3
+
+
+ABSENT = """
+[elements.p]
+kind = "pier"
+size = [0.6, 0.6]
+height = 1
+courses = 2
+[elements.q]
+kind = "pier"
+size = [0.6, 0.6]
+height = 1
+courses = 2
+at = [2, 0, 0]
+present = false
+[[stages]]
+name = "a"
+place = ["p"]
+[[stages]]
+name = "b"
+place = ["q", "q.pier"]
+centring = ["q"]
+courses = true
+"""
+
+
+def test_a_stage_puts_in_nothing_of_what_is_not_present(tmp_path):
+    path = tmp_path / "piers.toml"
+    path.write_text(ABSENT)
+    rows = json.loads(CliRunner().invoke(app, ["sequence", str(path), "--stages", "--json"]).stdout)["stages"]
+    assert [(row["name"], row["blocks"], row["verdict"]) for row in rows] == [("a", 2, "stable"), ("b", 2, "stable")]
+    path.write_text(ABSENT.replace("present = false", ""))
+    rows = json.loads(CliRunner().invoke(app, ["sequence", str(path), "--stages", "--json"]).stdout)["stages"]
+    assert [row["blocks"] for row in rows] == [2, 3, 4]
+    path.write_text(ABSENT.replace('["q", "q.pier"]', '["r"]'))
+    said = CliRunner().invoke(app, ["sequence", str(path), "--stages"])
+    assert isinstance(said.exception, InputError)
+    assert 'stages.1 ("b"): no group "r"; groups are: ground, p.pier' in str(said.exception)
+
+
+def test_stages_of_an_assembly_say_which_groups_may_be_absent(tmp_path):
+    path = tmp_path / "piers.json"
+    scene = tmp_path / "piers.toml"
+    scene.write_text(ABSENT)
+    assert CliRunner().invoke(app, ["build", str(scene), "-o", str(path)]).exit_code == 0
+    assert json.loads(path.read_text())["absent"] == ["q", "q.pier"]
+    assert CliRunner().invoke(app, ["sequence", str(path), "--stages"]).exit_code == 0
+    asm = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1), name="b", group="b")], supports=["b"])
+    for absent, words in ((["q"], 'no group "p"; groups are: b'), ("p", "metadata: \"absent\" is 'p'; it is a list")):
+        with pytest.raises(InputError, match=words):
+            assess_stages(asm.with_(metadata={"stages": [{"name": "a", "place": ["p"]}], "absent": absent}))
