@@ -145,7 +145,6 @@ def lowered(building: Building) -> Plan:
         ties=ties_of(building.ties),
         uncertain=uncertain_of(building.uncertain),
         stages=tuple(building.stages),
-        absent=("buttress", "vault"),
         keys={"elements.vault": "vault", "elements.walls: ": ""} | keys,
     )
 

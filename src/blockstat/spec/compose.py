@@ -87,9 +87,9 @@ def build(scene: Scene) -> Assembly:
             **{key: own for key, own in _tables(plan) if own},
         },
     )
-    absent = _absent_groups(plan, assembly, moves=any(len(found.steps()) > 1 for found in parameters(scene).values()))
-    if absent:
-        assembly = assembly.with_(metadata={**assembly.metadata, "absent": absent})
+    moves = any(len(found.steps()) > 1 for found in parameters(scene).values())
+    if empty := _empty_groups(plan, assembly, absent, moves=moves):
+        assembly = assembly.with_(metadata={**assembly.metadata, "absent": empty})
     if not plan.no_overlap:
         _check_elements_apart(assembly)
     return assembly
@@ -162,7 +162,7 @@ def _tables(plan: Plan) -> list[tuple[str, Any]]:
     return [*tables, ("uncertain", plan.uncertain)]
 
 
-def _absent_groups(plan: Plan, assembly: Assembly, *, moves: bool) -> list[str]:
+def _empty_groups(plan: Plan, assembly: Assembly, absent: Callable[[], list[str]], *, moves: bool) -> list[str]:
     """The groups of stages and random variables that exist with other values only; InputError for one that never does.
 
     Who judges the assembly takes them for empty.
@@ -173,18 +173,18 @@ def _absent_groups(plan: Plan, assembly: Assembly, *, moves: bool) -> list[str]:
         for group in (*stage.place, *stage.centring)
     ]
     named += [(f"uncertain.{key}", key.partition(".")[2]) for key in plan.uncertain if key not in KEYS]
-    first = {own.split(".")[0] for own in (*plan.absent, *(assembly.groups if moves else ()))}
-    wrong, absent = [], list[str]()
+    first = {own.split(".")[0] for own in assembly.groups} if moves else set()
+    wrong, empty = [], set[str]()
     for where, group in named:
         if any(fits(group, own) for own in assembly.groups):
             continue
-        if group.split(".")[0] in first or "" in plan.absent:
-            absent.append(group)
+        if group.split(".")[0] in first or _is_absent(group, absent(), eq):
+            empty.add(group)
         else:
             wrong.append(str(no_such("group", group, sorted({own for own in assembly.groups if own})).under(where)))
     if wrong:
         raise InputError(*wrong)
-    return sorted(set(absent))
+    return sorted(empty)
 
 
 def _said(message: str, keys: Mapping[str, str]) -> str:

@@ -68,7 +68,6 @@ class Plan(msgspec.Struct, frozen=True, kw_only=True):
     ties: tuple[Tie, ...] = ()
     uncertain: dict[str, Any] = {}  #: plain values of the random variables, by key
     stages: tuple[dict[str, Any], ...] = ()  #: tables of stages, as `blockstat.assess_stages` takes them
-    absent: tuple[str, ...] = ()  #: with which groups would begin that are not present
     no_overlap: bool = False  #: whether the elements are known not to overlap, so that this need not be checked
     #: what errors call a part of the plan, and what the scene calls it
     keys: dict[str, str] = {}
@@ -162,7 +161,6 @@ def resolve(composition: Composition) -> Plan:
         name=composition.name,
         elements={name: element for name, element in elements.items() if element.present},
         left_out={name: element for name, element in elements.items() if not element.present},
-        absent=tuple(name if own.prefix is None else own.prefix for name, own in elements.items() if not own.present),
         material=material,
         joints=joints,
         supports=composition.supports,
