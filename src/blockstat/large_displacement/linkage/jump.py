@@ -11,7 +11,7 @@ import numpy as np
 from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.displaced.contact_pairs import JUST_CLOSED_GAP, ZERO_GAP
 from blockstat.large_displacement.displaced.contact_status import contact_status, tie_status
-from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
 from blockstat.large_displacement.linkage.kinematics import motion_at_fixed_parameter, pose_at
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.root_finding import root_of
@@ -83,7 +83,7 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
     ties, slack = tie_status(linkage.configuration(pose, parameter), mechanism)
     falling = replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack)
     extent = float(np.ptp(assembly.vertices[~assembly.support[assembly.vertex_block]], axis=0).max())
-    tolerance, travelled = ZERO_GAP * float(assembly.size.max()), 0.0
+    tolerance, travelled = ZERO_GAP * float(free_sizes(assembly).max()), 0.0
     lost = JumpEnd(None, pose, opened, [])
     direction = _unit(assembly, pose, motion_at_fixed_parameter(falling, pose, parameter, mechanism))
     step = FIRST_STEP * MAX_STEP * extent
@@ -145,6 +145,6 @@ def _first_closing(
 def _landed(linkage: Linkage, pose: Pose, parameter: float, opened: list[int]) -> JumpEnd:
     """The end of a jump, with the contacts sticking that have closed and the ties held that are taut."""
     gap = linkage.gaps(pose, parameter)
-    closed = np.flatnonzero(linkage.open & (gap <= JUST_CLOSED_GAP * float(linkage.assembly.size.max())))
+    closed = np.flatnonzero(linkage.open & (gap <= JUST_CLOSED_GAP * float(free_sizes(linkage.assembly).max())))
     shut = linkage.contacts.joint[closed[closed < linkage.contacts.number]].tolist()
     return JumpEnd(linkage.rejoined(closed, pose, parameter), pose, opened, shut)
