@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from blockstat import Assembly, box, capacity, find_interfaces, settle_to_collapse
+from blockstat import Assembly, InputError, box, capacity, find_interfaces, settle, settle_to_collapse
 from blockstat.large_displacement.displaced.contact_pairs import pairs_at_rest
 from blockstat.large_displacement.linkage import after_event, jump
 from blockstat.large_displacement.linkage.kinematics import pose_at
@@ -166,3 +166,15 @@ def test_a_jump_that_creeps_is_given_up_as_not_followed(monkeypatch, tried):
     assert landings[0].linkage is None
     assert not landings[0].fell
     assert len(tried) == jump.MAX_TRIALS
+
+
+@pytest.mark.parametrize("side", [0.05, 0.5, 50])
+def test_a_joint_may_stick_out_of_a_region_by_the_rounding_of_the_block_on_it(side):
+    """Of a block of 1 m a millionth is rounding, on a support of any size."""
+    place = [box((-side / 2, -side / 2, -side), (side / 2, side / 2, 0), name="stone")]
+    asm = Assembly.from_blocks([*place, box((-0.5, -0.5, 0), (0.5, 0.5, 1), name="block")], supports=["stone"])
+    edge = min(side, 1.0) / 2
+    moved = settle(asm, {(5e-7 - edge, -1, -1, 1, 1, 1): (0, 0, -0.01)})
+    assert moved.foundations[0].joints.tolist() == [0]
+    with pytest.raises(InputError, match="partly"):
+        settle(asm, {(5e-6 - edge, -1, -1, 1, 1, 1): (0, 0, -0.01)})
