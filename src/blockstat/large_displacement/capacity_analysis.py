@@ -20,7 +20,7 @@ from blockstat.large_displacement.displaced.contact_status import contact_status
 from blockstat.large_displacement.displaced.control import Control, read_control
 from blockstat.large_displacement.displaced.loads import moved_with_centroids, read_loads
 from blockstat.large_displacement.displaced.local_origin import control_about, structure_about_middle
-from blockstat.large_displacement.displaced.pose import Pose, rest_pose
+from blockstat.large_displacement.displaced.pose import Pose, free_sizes, rest_pose
 from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.finite_steps.whole_path import follow_path, path_options, warnings_on_steps
@@ -241,7 +241,7 @@ def _equal_parts(record: _Record, limit: LimitLoad, left: Ints) -> tuple[bool, l
     """Whether blocks that were to be left at rest have moved after all, and what is told of them."""
     fast = limit.moving[np.isin(limit.moving, left)]
     moved = record.points[-1].pose.displacement - record.points[0].pose.displacement
-    size = float(limit.assembly.size.max())
+    size = float(free_sizes(limit.assembly).max())
     moves = bool((np.abs(moved[left]) > CORNER_TOLERANCE * size).any())
     if not len(fast):
         return moves, []

@@ -14,7 +14,7 @@ import numpy as np
 
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
-from blockstat.large_displacement.displaced.pose import Pose
+from blockstat.large_displacement.displaced.pose import Pose, free_sizes
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.result import listed
@@ -75,7 +75,7 @@ def joint_that_slides_alone(solver: StateSolver, linkage: Linkage, pose: Pose, m
     if shared is None or not shared.forces.admissible:
         return None
     most = np.inf if linkage.control is None else (1.0 + SAME_VALUE) * shared.point.value
-    size = float(linkage.assembly.size.max())
+    size = float(free_sizes(linkage.assembly).max())
     found: list[tuple[float, int, int, SlidesAlone]] = []
     for joint in joints.tolist():
         own = linkage.sliding & (contacts.joint == joint)

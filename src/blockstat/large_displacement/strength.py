@@ -8,6 +8,7 @@ import numpy as np
 
 from blockstat.contact.point_law import last_law
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, pair_points, pairs_at_rest
+from blockstat.large_displacement.displaced.pose import free_sizes
 from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.large_displacement.linkage.path import PathState
 from blockstat.result import listed
@@ -37,7 +38,7 @@ def warning_of_strength(structure: Structure, states: Sequence[PathState]) -> li
     if not strong.any():
         return []
     slip = np.max([np.where(strong, _slip_while_shut(state), 0.0) for state in states], axis=0)
-    slid = np.flatnonzero(slip > CORNER_TOLERANCE * float(assembly.size.max()))
+    slid = np.flatnonzero(slip > CORNER_TOLERANCE * float(free_sizes(assembly).max()))
     if not len(slid):
         return []
     names = listed(

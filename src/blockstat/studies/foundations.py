@@ -36,7 +36,7 @@ Where = str | int | tuple[float, float, float, float, float, float]
 MOVING = 0.01
 #: Joints that open or slide by less than this, relative to the movement of the supports, stay shut.
 SHUT = 1e-4
-#: What sticks out of a region by less than this, relative to the smaller block of the joint, is rounding.
+#: What sticks out of a region by less than this, relative to the block on the support, is rounding.
 ROUNDING = 1e-6
 #: A reaction smaller than this, relative to all loads, is none: what forces leave of equilibrium.
 NO_REACTION = 1e-9
@@ -436,7 +436,7 @@ def _lies_in(problem: Problem, joint: int, lower: Floats, upper: Floats, called:
     assembly, pair = problem.assembly, problem.interfaces.pair[joint]
     corners = problem.interfaces.outline(joint)
     low, high = corners.min(axis=0), corners.max(axis=0)
-    room = ROUNDING * float(assembly.size[pair].min())
+    room = ROUNDING * float(assembly.size[pair[~assembly.support[pair]]].min())
     beyond = np.maximum(lower - low, high - upper)
     if (beyond <= room).all():
         return True

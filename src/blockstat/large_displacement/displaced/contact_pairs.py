@@ -20,22 +20,23 @@ import numpy as np
 
 from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import joint_friction
-from blockstat.large_displacement.displaced.pose import Pose, displaced_points, points_at_rest
+from blockstat.large_displacement.displaced.pose import Pose, displaced_points, points_at_rest, side_sizes
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: A contact point within this distance of a corner of a block is that corner. Relative to the block's size. Chosen: far
-#: above the rounding of coordinates and far below any dimension of a block.
+#: A contact point within this distance of a corner of a block is that corner. Relative to the block's size, and for a
+#: support to that of the block on it. Chosen: far above the rounding of coordinates and far below any dimension of a
+#: block.
 CORNER_TOLERANCE = 1e-6
 #: Two directions are parallel when the sine of their angle is below this. An edge lies in a joint when the sine of its
 #: angle with the joint's plane is below this. Chosen: below it a crossing of two edges is ill-conditioned.
 PARALLEL_SINE = 1e-4
-#: A gap below this is zero. Relative to the largest block. Chosen: a thousand times the residual of a pose.
+#: A gap below this is zero. Relative to the largest free block. Chosen: a thousand times the residual of a pose.
 ZERO_GAP = 1e-9
 #: A contact whose gap is below this has closed at a pose that was located by root finding. Relative to the largest
-#: block. Chosen: ten times `ZERO_GAP`, so that contacts that close together are found together.
+#: free block. Chosen: ten times `ZERO_GAP`, so that contacts that close together are found together.
 JUST_CLOSED_GAP = 10 * ZERO_GAP
 
 
@@ -112,11 +113,13 @@ def pairs_at_rest(assembly: Assembly, interfaces: Interfaces) -> ContactPairs:
     """
     joint = interfaces.point_interface
     pair = interfaces.pair[joint]
-    corner = np.stack([_is_corner(assembly, side, interfaces.point) for side in pair.T], axis=1)
+    within = CORNER_TOLERANCE * side_sizes(assembly, pair)
+    corner = np.stack([_is_corner(assembly, pair[:, k], interfaces.point, within[:, k]) for k in (0, 1)], axis=1)
     normal, edge = interfaces.frame[joint, 0], np.zeros((len(joint), 2, 3))
     for row in np.flatnonzero(~corner.any(axis=1)):
         for side in (0, 1):
-            edge[row, side] = _edge_through(assembly, int(pair[row, side]), interfaces.point[row], normal[row])
+            block, point = int(pair[row, side]), interfaces.point[row]
+            edge[row, side] = _edge_through(assembly, block, point, normal[row], float(within[row, side]))
     return ContactPairs(
         joint=joint,
         pair=pair,
@@ -130,20 +133,19 @@ def pairs_at_rest(assembly: Assembly, interfaces: Interfaces) -> ContactPairs:
     )
 
 
-def _is_corner(assembly: Assembly, block: Ints, point: Floats) -> np.ndarray:
-    """Whether points are corners of their blocks; block (n,), point (n, 3) [m]."""
+def _is_corner(assembly: Assembly, block: Ints, point: Floats, within: Floats) -> np.ndarray:
+    """Whether points are corners of their blocks, to a tolerance; block (n,), point (n, 3) [m], within (n,) [m]."""
     found = np.zeros(len(block), dtype=bool)
     for index in np.unique(block):
         own = np.flatnonzero(block == index)
         distance = np.linalg.norm(point[own, None] - assembly.block_vertices(int(index)), axis=2).min(axis=1)
-        found[own] = distance <= CORNER_TOLERANCE * assembly.size[index]
+        found[own] = distance <= within[own]
     return found
 
 
-def _edge_through(assembly: Assembly, block: int, point: Floats, normal: Floats) -> Floats:
+def _edge_through(assembly: Assembly, block: int, point: Floats, normal: Floats, tolerance: float) -> Floats:
     """Unit vector along the edge of a block through a point, in the plane of the joint; zero where there is none."""
     corners = assembly.block_vertices(block)
-    tolerance = CORNER_TOLERANCE * float(assembly.size[block])
     for face in assembly.faces_of(block):
         tail, line = corners[face], corners[np.roll(face, -1)] - corners[face]
         length = np.linalg.norm(line, axis=1)

@@ -7,7 +7,7 @@ import numpy as np
 from blockstat.analysis.verdict import corner_speed
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.large_displacement.displaced.contact_pairs import edge_crossings, gap_normals, pair_points
-from blockstat.large_displacement.displaced.pose import displaced_assembly
+from blockstat.large_displacement.displaced.pose import displaced_assembly, free_sizes
 from blockstat.large_displacement.displaced.structure import SLACK, Configuration, slack_of_ties, slackening
 from blockstat.typing import Floats, Ints
 
@@ -100,7 +100,7 @@ def tie_status(
     speed = max(float(corner_speed(there, motion).max(initial=0.0)), support_rate) or 1.0
     unilateral = np.array([not tie.constant for tie in assembly.ties])
     shortens = slackening(there, motion + support_rate * structure.support_motion) / speed
-    shorter = slack_of_ties(assembly, pose) / float(assembly.size.max())
+    shorter = slack_of_ties(assembly, pose) / float(free_sizes(assembly).max())
     slack = (shorter > SLACK) | (shortens > sticking_speed)
     finite = np.isfinite([tie.greatest for tie in assembly.ties])
     yields = finite & ((shortens < -sticking_speed) | (shorter < -SLACK))  # one that has yielded has no length to keep

@@ -9,6 +9,7 @@ import numpy as np
 
 from blockstat.contact.faces import FILLED, convex_pieces, joined_convex, outline_hull
 from blockstat.contact.interfaces import Interfaces
+from blockstat.large_displacement.displaced.pose import side_sizes
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
 #: joint are nearly parallel, and other faces of a block stand at an angle to it.
 SAME_FACE_SINE = 0.05
 #: Faces of a block belong to a joint when they are within this distance of it, beside the joint's gap at rest. Relative
-#: to the block's size. Chosen: parallel faces of a block are further apart.
+#: to the block's size, and for a support to that of the block on it. Chosen: parallel faces of a block are further
+#: apart.
 SAME_FACE_DISTANCE = 1e-3
 
 
@@ -82,8 +84,13 @@ class FaceOutlines:
         faces = np.flatnonzero(assembly.face_block == block)
         outward = 1.0 if side == 0 else -1.0
         facing = outward * (assembly.planes.normal[faces] @ normal) > np.sqrt(1 - SAME_FACE_SINE**2)
-        height = np.abs((assembly.planes.centre[faces] - points.mean(axis=0)) @ normal)
-        distance = float(interfaces.gap[joint]) + SAME_FACE_DISTANCE * float(assembly.size[block])
+        to_centre = assembly.planes.centre[faces] - points.mean(axis=0)
+        if assembly.support[block]:  # its centre may be far away, so that the least tilt of the joint would lift it
+            height = np.abs(np.einsum("ni,ni->n", to_centre, assembly.planes.normal[faces]))
+        else:
+            height = np.abs(to_centre @ normal)
+        size = float(side_sizes(assembly, interfaces.pair[[joint]])[0, side])
+        distance = float(interfaces.gap[joint]) + SAME_FACE_DISTANCE * size
         rows = faces[facing & (height <= distance)]
         if not len(rows):
             return [points]

@@ -12,7 +12,7 @@ from blockstat.contact.coplanar import corner_shares, shares_of_parts
 from blockstat.contact.faces import outline_hull
 from blockstat.geometry.clipping import area, clip, corners
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, ContactPairs, concatenate
-from blockstat.large_displacement.displaced.pose import Pose, displaced_points, points_at_rest
+from blockstat.large_displacement.displaced.pose import Pose, displaced_points, points_at_rest, side_sizes
 from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.typing import Floats, Ints
 
@@ -76,8 +76,10 @@ def overlap_points(
     now = displaced_points(assembly, pose, np.repeat(pair, width), faces.reshape(-1, 3)).reshape(faces.shape)
     now += parameter * drive[:, :, None]
     outline = np.einsum("ksci,kti->ksct", now, frame[:, 1:])
-    polygon, count = clip(outline[:, 0], outline[:, 1])
-    tolerance = CORNER_TOLERANCE * assembly.size[pair].min(axis=1)
+    # A support is the window: its corners may be far away, and would take the last digits of those of the other block.
+    row, cut = np.arange(len(pair)), assembly.support[pair[:, 0]].astype(int)
+    polygon, count = clip(outline[row, cut], outline[row, 1 - cut])
+    tolerance = CORNER_TOLERANCE * side_sizes(assembly, pair).min(axis=1)
     own, which = np.nonzero(corners(polygon, count, tolerance))
     kept, share = _corners_of_hulls(owner, own, polygon[own, which], np.maximum(area(polygon, count), 0.0), tolerance)
     own, which = own[kept], which[kept]

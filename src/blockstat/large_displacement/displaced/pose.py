@@ -44,6 +44,45 @@ class Pose:
         return displaced
 
 
+def free_sizes(assembly: Assembly) -> Floats:
+    """Return the sizes of the blocks that are no supports; lengths of a path are judged by these alone.
+
+    Supports may be of any size: a pier may stand on a stone or on a mountain.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+
+    Returns
+    -------
+    Floats
+        Ascending by number of block [m].
+    """
+    sizes: Floats = assembly.size[~assembly.support]
+    return sizes
+
+
+def side_sizes(assembly: Assembly, pair: Ints) -> Floats:
+    """Return the sizes by which the two sides of joints are judged: a support has that of the block on it.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    pair
+        The two blocks of each joint, shape (n, 2).
+
+    Returns
+    -------
+    Floats
+        Shape (n, 2) [m].
+    """
+    size, support = assembly.size[pair], assembly.support[pair]
+    found: Floats = np.where(support & ~support[:, ::-1], size[:, ::-1], size)
+    return found
+
+
 def rest_pose(assembly: Assembly) -> Pose:
     """Return the pose in which no block has moved.
 
@@ -81,7 +120,8 @@ def displaced_points(assembly: Assembly, pose: Pose, block: Ints, point: Floats)
     """
     centroid = assembly.centroid[block]
     arm = point - centroid
-    return centroid + pose.displacement[block] + np.einsum("nij,nj->ni", pose.rotation[block], arm)
+    moved = centroid + pose.displacement[block] + np.einsum("nij,nj->ni", pose.rotation[block], arm)
+    return _on_supports_exactly(assembly, pose, block, point + pose.displacement[block], moved)
 
 
 def points_at_rest(assembly: Assembly, pose: Pose, block: Ints, point: Floats) -> Floats:
@@ -104,7 +144,14 @@ def points_at_rest(assembly: Assembly, pose: Pose, block: Ints, point: Floats) -
         Shape (n, 3) [m]: the inverse of `displaced_points`.
     """
     arm = point - assembly.centroid[block] - pose.displacement[block]
-    return assembly.centroid[block] + np.einsum("nji,nj->ni", pose.rotation[block], arm)
+    back = assembly.centroid[block] + np.einsum("nji,nj->ni", pose.rotation[block], arm)
+    return _on_supports_exactly(assembly, pose, block, point - pose.displacement[block], back)
+
+
+def _on_supports_exactly(assembly: Assembly, pose: Pose, block: Ints, shifted: Floats, turned: Floats) -> Floats:
+    """Turned points; on supports that do not turn, shifted ones, as a far centroid would take their last digits."""
+    straight = assembly.support & (pose.rotation == np.eye(3)).all(axis=(1, 2))
+    return np.where(straight[block, None], shifted, turned)
 
 
 def rotation_matrices(rotation: Floats) -> Floats:

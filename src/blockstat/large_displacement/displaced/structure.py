@@ -22,7 +22,7 @@ from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANC
 from blockstat.large_displacement.displaced.face_outlines import FaceOutlines
 from blockstat.large_displacement.displaced.joints import displaced_interfaces
 from blockstat.large_displacement.displaced.loads import displaced_wrenches
-from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
 from blockstat.loading.placed import PlacedForces
 from blockstat.program.equilibrium import weight
 from blockstat.program.ties import tie_wrenches
@@ -31,8 +31,8 @@ from blockstat.typing import Floats, Ints
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: A tie is slack from this slack on. Relative to the largest block. Chosen: a pose of finite steps leaves ties that
-#: hold their length shorter by less.
+#: A tie is slack from this slack on. Relative to the largest free block. Chosen: a pose of finite steps leaves ties
+#: that hold their length shorter by less.
 SLACK = CORNER_TOLERANCE
 #: A tie that lengthens more slowly than this keeps its length. Relative to the fastest motion. Chosen: far above what
 #: the equations of a linkage leave, far below the speed at which ties yield.
@@ -310,7 +310,7 @@ def displaced_with_slack_ties(assembly: Assembly, pose: Pose) -> Assembly:
     there = displaced_assembly(assembly, pose)
     if not there.ties:
         return there
-    slack = _slack(assembly.ties, there.ties) > SLACK * float(assembly.size.max())
+    slack = _slack(assembly.ties, there.ties) > SLACK * float(free_sizes(assembly).max())
     ties = [replace(tie, greatest=tie.least) if own else tie for tie, own in zip(there.ties, slack, strict=True)]
     return replace(there, ties=tuple(ties))
 

@@ -22,7 +22,7 @@ from scipy import sparse
 
 from blockstat.large_displacement.displaced.contact_pairs import ZERO_GAP, gap_normals, gaps, pair_points
 from blockstat.large_displacement.displaced.control import Control
-from blockstat.large_displacement.displaced.pose import Pose
+from blockstat.large_displacement.displaced.pose import Pose, free_sizes
 from blockstat.large_displacement.displaced.velocity_rows import VelocityRows, as_matrix, relative_velocity_rows
 from blockstat.large_displacement.linkage.kinematics import tie_rows
 from blockstat.large_displacement.linkage.linkage import Linkage
@@ -72,7 +72,7 @@ def projected_onto_zero_gap(
     Projection
         Of all poses found, the one with the smallest residual.
     """
-    size = float(linkage.assembly.size.max())
+    size = float(free_sizes(linkage.assembly).max())
     best, least = pose, np.inf
     for solved in range(MAX_PROGRAMS + 1):
         rows = _ContactRows(linkage, pose, parameter, reach)

@@ -20,6 +20,7 @@ import numpy as np
 
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
 from blockstat.large_displacement.displaced.face_overlap import with_overlap_points
+from blockstat.large_displacement.displaced.pose import free_sizes
 from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks, fall
 from blockstat.large_displacement.finite_steps.step import stepped, trial_state_at
@@ -131,7 +132,7 @@ class StepFollower:
         contacts further open than a motion that keeps them closed can open them, to first order and to the speed at
         which contacts stick: `NoRootError` where even the shortest step does.
         """
-        now, size = trial.limit.multiplier, float(trial.linkage.assembly.size.max())
+        now, size = trial.limit.multiplier, float(free_sizes(trial.linkage.assembly).max())
         assert now is not None
         slope = np.nan
         if before is not None and before.parameter != trial.parameter:

@@ -17,7 +17,7 @@ import numpy as np
 from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, gaps, pair_points
 from blockstat.large_displacement.displaced.face_overlap import with_overlap_points
-from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, rotation_matrices
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes, rotation_matrices
 from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks, without_blocks
 from blockstat.large_displacement.finite_steps.trial_state import per_unit_parameter
@@ -28,8 +28,8 @@ from blockstat.large_displacement.statics.implicit_step import ImplicitStep, imp
 from blockstat.large_displacement.statics.limit_state import associated_multiplier
 from blockstat.typing import Floats, Ints
 
-#: Contacts with a gap up to this may close in a step. Relative to the median size of the blocks. Chosen: a block that
-#: has nothing so near below it has lost its bearing.
+#: Contacts with a gap up to this may close in a step. Relative to the median size of the free blocks. Chosen: a block
+#: that has nothing so near below it has lost its bearing.
 NEAR = 0.1
 #: The live work of a step differs from that of the one before by this factor at most. Chosen: lengths grow back within
 #: a few steps where they were halved.
@@ -266,11 +266,11 @@ def _with_near_contacts(linkage: Linkage, pose: Pose) -> Linkage:
     """
     structure, contacts = linkage.structure, linkage.contacts
     assembly = structure.assembly
-    near = NEAR * float(np.median(assembly.size))
+    near = NEAR * float(np.median(free_sizes(assembly)))
     gap = gaps(assembly, contacts, pose, 0.0)
     apart = np.linalg.norm(np.diff(pair_points(assembly, contacts, pose, 0.0), axis=1)[:, 0], axis=1)
     slip = np.sqrt(np.maximum(apart**2 - gap**2, 0.0))
-    joints = np.unique(contacts.joint[(gap <= near) & (slip > CORNER_TOLERANCE * float(assembly.size.max()))])
+    joints = np.unique(contacts.joint[(gap <= near) & (slip > CORNER_TOLERANCE * float(free_sizes(assembly).max()))])
     joints = joints[structure.interfaces.area[joints] > 0]
     if len(joints):
         contacts = with_overlap_points(structure, contacts, joints, pose, 0.0)

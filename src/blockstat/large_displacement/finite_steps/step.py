@@ -9,7 +9,7 @@ import numpy as np
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, gaps, pair_points, rejoined
 from blockstat.large_displacement.displaced.control import conjugate_control
 from blockstat.large_displacement.displaced.face_overlap import AREA_CORNERS, overlap_points, with_overlap_points
-from blockstat.large_displacement.displaced.pose import Pose
+from blockstat.large_displacement.displaced.pose import Pose, free_sizes
 from blockstat.large_displacement.displaced.structure import slack_of_ties
 from blockstat.large_displacement.finite_steps.contact_projection import projected_onto_zero_gap
 from blockstat.large_displacement.finite_steps.trial_state import (
@@ -86,7 +86,7 @@ def trial_state_at(
     structure = linkage.structure
     if linkage.control is not None:
         parameter = linkage.control.value(linkage.assembly, pose)
-    tolerance = residual_gap + CORNER_TOLERANCE * float(linkage.assembly.size.max())
+    tolerance = residual_gap + CORNER_TOLERANCE * float(free_sizes(linkage.assembly).max())
     linkage = _with_active_set(linkage, pose, parameter, tolerance)
     gap = gaps(linkage.assembly, linkage.contacts, pose, parameter)[linkage.sticking]
     trial = TrialState(linkage, pose, parameter, NOT_SOLVED, float(gap.max(initial=0.0)))
@@ -137,7 +137,7 @@ def _with_active_set(linkage: Linkage, pose: Pose, parameter: float, tolerance: 
     closed = gaps(assembly, contacts, pose, parameter) <= tolerance[contacts.joint]
     points = pair_points(assembly, contacts, pose, parameter)
     slip = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
-    joints = np.unique(contacts.joint[closed & (slip > CORNER_TOLERANCE * float(assembly.size.max()))])
+    joints = np.unique(contacts.joint[closed & (slip > CORNER_TOLERANCE * float(free_sizes(assembly).max()))])
     has_area = interfaces.area[joints] > 0
     if has_area.any():
         contacts = with_overlap_points(linkage.structure, contacts, joints[has_area], pose, parameter)

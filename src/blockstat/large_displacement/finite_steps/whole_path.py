@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.analysis.verdict import corner_speed
 from blockstat.errors import check_count, check_number, check_positive
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
-from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.finite_steps.follower import StepFollower
 from blockstat.large_displacement.finite_steps.implicit_follower import ImplicitFollower
@@ -24,14 +24,14 @@ from blockstat.typing import Floats
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: The longest step where the value is not a straight line. Relative to the median size of the blocks. Chosen: the gaps
-#: that a step leaves are of second order in it, hence about 0.03^2, a thousandth of a block.
+#: The longest step where the value is not a straight line. Relative to the median size of the free blocks. Chosen: the
+#: gaps that a step leaves are of second order in it, hence about 0.03^2, a thousandth of a block.
 LONGEST_STEP = 0.03
 #: Structures with more blocks than this are followed by implicit steps. Chosen: from there on their mechanisms are
 #: seldom of a few bodies.
 IMPLICIT_ABOVE = STRUCTURED // 10
-#: The longest implicit step, relative to the median size of the blocks. Chosen: a facade as wide as it is high then
-#: takes about as many steps as are asked for.
+#: The longest implicit step, relative to the median size of the free blocks. Chosen: a facade as wide as it is high
+#: then takes about as many steps as are asked for.
 LONGEST_IMPLICIT_STEP = 0.15
 #: The largest tolerance of a path. Chosen: a curve that is wrong by more than a tenth is none.
 LARGEST_TOLERANCE = 0.1
@@ -99,7 +99,7 @@ def _step_follower(
     there = displaced_assembly(linkage.assembly, start.pose)
     speed = max(float(corner_speed(there, start.tangent).max()), float(linkage.control is None))
     longest = speed * follower.step
-    structure, size = follower.solver.structure, float(np.median(linkage.assembly.size))
+    structure, size = follower.solver.structure, float(np.median(free_sizes(linkage.assembly)))
     step = min(longest, LONGEST_STEP * size)
     if structure.live is not None and not linkage.associated and structure.assembly.n_blocks > IMPLICIT_ABOVE:
         step = min(longest, LONGEST_IMPLICIT_STEP * size)
@@ -155,6 +155,6 @@ def warnings_on_steps(states: Sequence[PathState], assembly: Assembly) -> list[s
         return []
     start, largest = min(stepped)[0], max(gap for _, gap in stepped)
     text = f"the mechanism is no linkage from {start:.4g} m on and is followed by finite steps"
-    if largest > CORNER_TOLERANCE * float(assembly.size.max()):
+    if largest > CORNER_TOLERANCE * float(free_sizes(assembly).max()):
         text += f". Contacts that are open by up to {1e3 * largest:.2g} mm count as closed"
     return [f"{text}. A run with so many steps that its path has more points shows the error"]

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from blockstat.large_displacement.displaced.contact_pairs import ZERO_GAP
-from blockstat.large_displacement.displaced.pose import displaced_assembly
+from blockstat.large_displacement.displaced.pose import displaced_assembly, free_sizes
 from blockstat.large_displacement.displaced.structure import slackening
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEnd, PathPoint, PathState
@@ -78,7 +78,7 @@ def first_kinematic_event(
     """
     event: str | PathEnd | None = None
     start, found = state.point.parameter, point
-    tolerance = ZERO_GAP * float(solver.structure.assembly.size.max())
+    tolerance = ZERO_GAP * float(free_sizes(solver.structure.assembly).max())
     for contact in np.flatnonzero(open_gaps(state.linkage, point) < -tolerance):
         gap = _gap_of(solver, state, int(contact), tolerance)
         if gap(found.parameter) >= -tolerance:

@@ -17,7 +17,7 @@ import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
-from blockstat.large_displacement.displaced.pose import displaced_assembly
+from blockstat.large_displacement.displaced.pose import displaced_assembly, free_sizes
 from blockstat.large_displacement.linkage.after_event import AfterEvent
 from blockstat.large_displacement.linkage.event_location import (
     first_kinematic_event,
@@ -132,7 +132,7 @@ class LinkageFollower:
     ) -> Generator[PathState | PathEvent, None, tuple[str | PathEnd, PathState, PathState | None]]:
         """Yield the states of a piece; return the event at its end, the state there, and one just beyond it."""
         first, step = abs(state.point.value), self.step
-        across = CORNER_TOLERANCE * float(self.solver.structure.assembly.size.max())
+        across = CORNER_TOLERANCE * float(free_sizes(self.solver.structure.assembly).max())
         for _ in range(MAX_STEPS):
             start = state.point
             allowed = self.tolerance * max(first, abs(start.value), TINY)

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.displaced.contact_pairs import JUST_CLOSED_GAP, ZERO_GAP
-from blockstat.large_displacement.displaced.contact_status import contact_status, tie_status
-from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED, contact_status, tie_status
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
 from blockstat.large_displacement.linkage.kinematics import motion_at_fixed_parameter, pose_at
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.root_finding import root_of
 from blockstat.typing import Floats
-
-if TYPE_CHECKING:
-    from blockstat.assembly import Assembly
 
 #: Longest step of the fastest corner in a jump. Relative to the extent of the free blocks. Chosen: contacts that close
 #: are located by root finding, so a step must only be too short to pass through a block.
@@ -35,6 +31,12 @@ FALLING_TOGETHER = 0.5
 #: A curve ends when more than this part of the work of the live load, or of the control, was on blocks that have
 #: fallen. Chosen: what remains is then another structure.
 MAX_PART_FALLEN = 0.5
+#: A linkage whose motion is slower than this does not move: what is left of a mechanism that its contacts resist is
+#: rounding. Relative to the mechanism, or to the motion before. Chosen: contacts that move more slowly stick.
+NO_MOTION = STICKING_SPEED
+#: Trial steps of a jump at most. Chosen: ten times those of a fall without shorter steps. One that needs more creeps,
+#: and is not followed further.
+MAX_TRIALS = 10 * int(FALLEN / MAX_STEP)
 #: Accuracy of the length at which a contact closes. Relative to the step. Chosen: near rounding.
 CLOSING_ACCURACY = 1e-12
 
@@ -83,11 +85,13 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
     ties, slack = tie_status(linkage.configuration(pose, parameter), mechanism)
     falling = replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack)
     extent = float(np.ptp(assembly.vertices[~assembly.support[assembly.vertex_block]], axis=0).max())
-    tolerance, travelled = ZERO_GAP * float(assembly.size.max()), 0.0
+    tolerance, travelled = ZERO_GAP * float(free_sizes(assembly).max()), 0.0
     lost = JumpEnd(None, pose, opened, [])
-    direction = _unit(assembly, pose, motion_at_fixed_parameter(falling, pose, parameter, mechanism))
+    direction = _direction(falling, pose, parameter, mechanism)
     step = FIRST_STEP * MAX_STEP * extent
-    while travelled < FALLEN * extent and direction is not None:
+    for _ in range(MAX_TRIALS):
+        if direction is None or travelled >= FALLEN * extent:
+            break
         gap = np.where(falling.open, falling.gaps(pose, parameter), np.inf)
 
         def at(length: float, pose: Pose = pose, direction: Floats = direction) -> Pose | None:
@@ -105,7 +109,7 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
             found = _first_closing(at, _gaps_at(falling, parameter), now < -tolerance, gap > tolerance, step)
             return lost if found is None else _landed(falling, found, parameter, opened)
         travelled, pose = travelled + step, there
-        direction = _unit(assembly, pose, motion_at_fixed_parameter(falling, pose, parameter, direction))
+        direction = _direction(falling, pose, parameter, direction)
         step = min(2 * step, MAX_STEP * extent)
     return replace(lost, pose=pose, fell=travelled >= FALLEN * extent)
 
@@ -114,10 +118,12 @@ def _gaps_at(linkage: Linkage, parameter: float) -> Callable[[Pose], Floats]:
     return lambda pose: linkage.gaps(pose, parameter)
 
 
-def _unit(assembly: Assembly, pose: Pose, motion: Floats) -> Floats | None:
-    """The motion scaled so that its fastest corner moves at a unit rate; None where nothing moves."""
-    speed = float(corner_speed(displaced_assembly(assembly, pose), motion).max(initial=0.0))
-    return motion / speed if speed > 0 else None
+def _direction(linkage: Linkage, pose: Pose, parameter: float, guess: Floats) -> Floats | None:
+    """The linkage's motion next to a given one, with a unit rate of its fastest corner; None where it has none."""
+    motion = motion_at_fixed_parameter(linkage, pose, parameter, guess)
+    there = displaced_assembly(linkage.assembly, pose)
+    speed, given = (float(corner_speed(there, each).max(initial=0.0)) for each in (motion, guess))
+    return motion / speed if speed > NO_MOTION * given else None
 
 
 def _first_closing(
@@ -145,6 +151,6 @@ def _first_closing(
 def _landed(linkage: Linkage, pose: Pose, parameter: float, opened: list[int]) -> JumpEnd:
     """The end of a jump, with the contacts sticking that have closed and the ties held that are taut."""
     gap = linkage.gaps(pose, parameter)
-    closed = np.flatnonzero(linkage.open & (gap <= JUST_CLOSED_GAP * float(linkage.assembly.size.max())))
+    closed = np.flatnonzero(linkage.open & (gap <= JUST_CLOSED_GAP * float(free_sizes(linkage.assembly).max())))
     shut = linkage.contacts.joint[closed[closed < linkage.contacts.number]].tolist()
     return JumpEnd(linkage.rejoined(closed, pose, parameter), pose, opened, shut)

@@ -21,7 +21,7 @@ import numpy as np
 from scipy import sparse
 
 from blockstat.large_displacement.displaced.contact_pairs import edge_crossings, gap_normals, pair_points
-from blockstat.large_displacement.displaced.pose import Pose, displaced_points
+from blockstat.large_displacement.displaced.pose import Pose, displaced_points, free_sizes
 from blockstat.large_displacement.displaced.velocity_rows import (
     VelocityRows,
     as_matrix,
@@ -31,17 +31,17 @@ from blockstat.large_displacement.displaced.velocity_rows import (
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.typing import Floats, Ints
 
-#: Newton's method has converged when all residuals are below this. Relative to the largest block. A thousand times the
-#: rounding of coordinates.
+#: Newton's method has converged when all residuals are below this. Relative to the largest free block. A thousand times
+#: the rounding of coordinates.
 RESIDUAL_TOLERANCE = 1e-12
 #: Below this residual Newton's method has converged too if a step hardly reduces it: rounding keeps it above
-#: `RESIDUAL_TOLERANCE`. Relative to the largest block.
+#: `RESIDUAL_TOLERANCE`. Relative to the largest free block.
 STAGNATED_RESIDUAL = 1e3 * RESIDUAL_TOLERANCE
 #: A Newton step hardly reduces the residual when it leaves more than this part of it. Chosen: near a solution a step
 #: leaves far less.
 STAGNATION = 0.25
 #: Newton's method diverges when the residual is above the first, or grows and is above the second. Relative to the
-#: largest block. Chosen: a pose is at most a step of that order away.
+#: largest free block. Chosen: a pose is at most a step of that order away.
 DIVERGED_RESIDUAL, GROWING_RESIDUAL = 1e3, 1e-3
 #: Steps of Newton's method at most. Chosen: it converges quadratically, so where it needs more, the step along the path
 #: was too long.
@@ -147,7 +147,7 @@ def pose_at(
     Pose or None
         None where Newton's method does not converge.
     """
-    size = float(linkage.assembly.size.max())
+    size = float(free_sizes(linkage.assembly).max())
     pose = linkage.moved(start, linkage.body_motions(step), linkage.origins(start))
     best = np.inf
     for _ in range(MAX_NEWTON_STEPS):

@@ -16,7 +16,7 @@ from blockstat.geometry.components import connected_components
 from blockstat.large_displacement.displaced.contact_pairs import ContactPairs, gaps, pairs_at_rest, rejoined
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status, tie_status
 from blockstat.large_displacement.displaced.control import Control
-from blockstat.large_displacement.displaced.pose import Pose, rest_pose, rotation_matrices
+from blockstat.large_displacement.displaced.pose import Pose, free_sizes, rest_pose, rotation_matrices
 from blockstat.large_displacement.displaced.structure import Configuration, Structure, slack_of_ties
 from blockstat.typing import Floats, Ints
 
@@ -148,8 +148,8 @@ class Linkage:
 
     @cached_property
     def length(self) -> float:
-        """The length that rotations are multiplied by as unknowns [m]: the mean size of the blocks."""
-        return float(self.assembly.size.mean())
+        """The length that rotations are multiplied by as unknowns [m]: the mean size of the free blocks."""
+        return float(free_sizes(self.assembly).mean())
 
     @property
     def slides_with_friction(self) -> bool:

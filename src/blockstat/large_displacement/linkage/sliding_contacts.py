@@ -16,15 +16,15 @@ from blockstat.large_displacement.displaced.contact_pairs import (
 )
 from blockstat.large_displacement.displaced.contact_status import contact_status
 from blockstat.large_displacement.displaced.face_overlap import overlap_points
-from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.typing import Floats
 
-#: New contact points whose gap is below this are closed. Relative to the largest block. Chosen: a thousand times
-#: `ZERO_GAP`, as the corners of an overlap are not the points that the linkage holds together.
+#: New contact points whose gap is below this are closed. Relative to the largest free block. Chosen: a thousand
+#: times `ZERO_GAP`, as the corners of an overlap are not the points that the linkage holds together.
 OVERLAP_GAP = 1e3 * ZERO_GAP
 #: How far a linkage moves on where two corners coincide, to see which of them stays above a face. Relative to the
-#: largest block. Chosen: a hundred times the distance within which a point is a corner.
+#: largest free block. Chosen: a hundred times the distance within which a point is a corner.
 LOOK_AHEAD = 100 * CORNER_TOLERANCE
 
 
@@ -59,7 +59,7 @@ def with_new_sliding_contacts(linkage: Linkage, pose: Pose, parameter: float, mo
     least = max(float(gap.min(initial=np.inf)), 0.0) if linkage.associated else 0.0
     if linkage.associated:  # such a joint is open as soon as it slides, and its strength is lost
         merged = replace(merged, area=np.where(new & (merged.friction > 0), 0.0, merged.area))
-    near = gap <= OVERLAP_GAP * float(linkage.assembly.size.max()) + least
+    near = gap <= OVERLAP_GAP * float(free_sizes(linkage.assembly).max()) + least
     was_sticking, was_sliding = (
         np.concatenate([mask[kept], np.zeros(new.sum(), bool)]) for mask in (linkage.sticking, linkage.sliding)
     )
@@ -83,7 +83,7 @@ def _one_sided(linkage: Linkage, pose: Pose, parameter: float, motion: Floats, r
         speed = max(speed, float(np.linalg.norm(contacts.drive, axis=2).max()))
     if not speed:
         return linkage
-    length = LOOK_AHEAD * float(assembly.size.max()) / speed
+    length = LOOK_AHEAD * float(free_sizes(assembly).max()) / speed
     there = linkage.moved(pose, length * linkage.body_motions(motion), linkage.origins(pose))
     after = parameter + length * (linkage.control is None)
     corner = contacts.corner.copy()
