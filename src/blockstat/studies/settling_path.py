@@ -15,7 +15,7 @@ from blockstat.large_displacement.displaced.contact_pairs import gaps
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status, tie_status
 from blockstat.large_displacement.displaced.loads import moved_with_centroids, read_loads
 from blockstat.large_displacement.displaced.local_origin import structure_about_middle
-from blockstat.large_displacement.displaced.pose import Pose, rest_pose
+from blockstat.large_displacement.displaced.pose import Pose, free_sizes, rest_pose
 from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.finite_steps.whole_path import follow_path, path_options, warnings_on_steps
@@ -132,7 +132,7 @@ class SettlementPath(Result):
     @property
     def _rounding(self) -> float:
         """Openings and movements up to this are rounding [m]."""
-        return ROUNDING * float(self.first.assembly.size.max())
+        return ROUNDING * float(free_sizes(self.first.assembly).max())
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON.
@@ -252,7 +252,7 @@ def settle_to_collapse(
 
 def _moves_straight(assembly: Assembly, motion: Floats) -> bool:
     """Whether no block turns. Blocks on edges and corners may turn while these stick, and slide as they turn on."""
-    spin = np.abs(motion[:, 3:]).max(initial=0.0) * float(assembly.size.max())
+    spin = np.abs(motion[:, 3:]).max(initial=0.0) * float(free_sizes(assembly).max())
     return bool(spin <= STICKING_SPEED_AT_REST * float(corner_speed(assembly, motion).max(initial=0.0)))
 
 
