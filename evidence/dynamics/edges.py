@@ -35,8 +35,10 @@ def section(found: list[dict]) -> list[str]:
         "It cannot find the limit of a prism that slides along a groove. Bullet bounds the friction of a contact in "
         "two directions at right angles, one of them along the first slip. In the groove that slip is oblique: the "
         "prism settles into the V before it is pushed along it. Then friction is up to sqrt(2) mu, and the prism "
-        f"wedges itself. It stands up to {100 * max(error[True]):.1f} % beyond its limit. On a plane the first slip "
-        "is along the push, and the limit is exact.", "",
+        f"wedges itself. It stands up to {100 * max(error[True]):.1f} % beyond its limit. On a plane the limit of a "
+        "block that slides along the push from the first is exact. One that also tips or turns has oblique slips "
+        "there, too, and may stand up to sqrt(2) times its limit; the verdict then has a warning ([friction beyond "
+        "Coulomb's](dynamics.md)).", "",
         head(["scene", "exact", "Bullet, from", "to", "error"]),
     ]  # fmt: skip
     for r in found:

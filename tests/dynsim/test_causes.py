@@ -23,8 +23,11 @@ def jammed(squeeze: float = 0.0):
 
 
 def hung():
-    """A cube that is built 15 mm above the ground."""
-    return assembly([box((-5, -5, -1), (5, 5, 0)), box((0, 0, 0.015), (1, 1, 1.015))])
+    """A cube that is built 15 mm above the ground, beside a wall without friction."""
+    wall = box((-1, 0, 0), (0, 1, 2))
+    return assembly(
+        [box((-5, -5, -1), (5, 5, 0)), wall, box((0, 0, 0.015), (1, 1, 1.015))], supports=[0, 1], friction=0.0
+    )
 
 
 def one_step(step: float, **options) -> Settings:

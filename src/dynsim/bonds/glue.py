@@ -10,9 +10,9 @@ mu T.
 A bond with a moment capacity is a **perfectly plastic spring** at the centre of the joint, as stiff as the time step
 allows (see `dynsim.bonds.springs`). It has capacities in tension, shear, bending and torsion, each by itself.
 
-Either breaks for good when its blocks have moved apart or slid by more than the gap up to which a joint is one
-(`blockstat.contact.interfaces.GAP`). A bond with a moment capacity also breaks when its blocks have turned by that
-much over the size of the joint.
+Either breaks for good when, after release, its blocks have moved apart or slid by more than the gap up to which a joint
+is one (`blockstat.contact.interfaces.GAP`). A bond with a moment capacity also breaks when its blocks have turned by
+that much over the size of the joint.
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ from dynsim.bonds.joint_motion import Poses, apply_on_pairs, at_points, reach, r
 from dynsim.bonds.springs import Springs, spring_set
 from dynsim.bonds.ties import TieForces
 from dynsim.engine.world import Action, World
-from dynsim.loads.loading import Constant
+from dynsim.loads.ground import Pulse, Ramp, Record
+from dynsim.loads.load import Load
+from dynsim.loads.loading import Constant, Tilt
 
 #: A cohesion that exceeds friction x tension by less than this share of it does so by rounding.
 ROUNDING = 1e-9
@@ -83,7 +85,9 @@ def bonds_of(assembly: Assembly, *, interfaces: Interfaces | None = None) -> tup
     return tuple(actions)
 
 
-def weakened(assembly: Assembly, interfaces: Interfaces, loads: Sequence[Constant] = ()) -> Assembly | None:
+def weakened(
+    assembly: Assembly, interfaces: Interfaces, loads: Sequence[Load] = (), times: float = 1.0
+) -> Assembly | None:
     """Return the assembly with no joint glued by more than the weight of all free blocks and the loads on them.
 
     Parameters
@@ -92,8 +96,11 @@ def weakened(assembly: Assembly, interfaces: Interfaces, loads: Sequence[Constan
         Blocks and joint laws.
     interfaces : Interfaces
         Joints of the assembly.
-    loads : sequence of Constant
-        What acts besides the weight.
+    loads : sequence of Load
+        What acts besides the weight. Of motions of the ground the largest acceleration counts, of a tilt the change of
+        gravity; what moves or removes blocks has no size.
+    times : float
+        How many times that is the most.
 
     Returns
     -------
@@ -103,14 +110,31 @@ def weakened(assembly: Assembly, interfaces: Interfaces, loads: Sequence[Constan
     Notes
     -----
     What stands with weaker glue stands with stronger glue. But the contact solver has to carry every preload too, and
-    far above what is needed it makes blocks creep.
+    far above what is needed it makes blocks creep. Glued blocks that move with the ground as one body ask of a joint no
+    more force than this, and a moment of it about the joint. So what is needed is a few times as much in a slender one.
     """
     if not assembly.joints:
         return None
-    most = assembly.free_weight + sum(load.size(assembly) for load in loads)
+    most = times * (assembly.free_weight + sum(_size(load, assembly) for load in loads))
     area = float(interfaces.area.max(initial=0.0)) or 1.0
     laws = [_weaker(law, most, area) for law in assembly.joints]
     return None if laws == list(assembly.joints) else assembly.with_(joints=laws)
+
+
+def _size(load: Load, assembly: Assembly) -> float:
+    """What a load asks of the blocks at most, to be compared with their weight [N]."""
+    if isinstance(load, Constant):
+        return load.size(assembly)
+    strength = 0.0
+    if isinstance(load, Tilt):
+        strength = 2 * np.sin(np.deg2rad(min(abs(load.to), 180.0)) / 2) * np.linalg.norm(assembly.gravity)
+    elif isinstance(load, Pulse):
+        strength = np.linalg.norm(load.peak)
+    elif isinstance(load, Ramp):
+        strength = np.linalg.norm(load.to)
+    elif isinstance(load, Record):
+        strength = np.linalg.norm(load.acceleration, axis=1).max()
+    return float(assembly.mass[assembly.free].sum() * strength)
 
 
 def _weaker(law: JointLaw, most: float, area: float) -> JointLaw:
@@ -194,7 +218,8 @@ class CohesivePreload:
         normal = np.einsum("nij,nj->ni", turn, self._normal)
         opening = np.einsum("ni,ni->n", offset, normal)
         slip = np.linalg.norm(offset - opening[:, None] * normal, axis=1)
-        gone = (np.maximum(opening, slip) > self._reach) | removed(world, self._pair)
+        apart = (np.maximum(opening, slip) > self._reach) & (time >= 0)  # settling is no motion of the blocks
+        gone = apart | removed(world, self._pair)
         self.broken[self._interface[gone]] = True
         pull = np.where(self.broken[self._interface], 0.0, self._tension)
         apply_on_pairs(world, poses, self._pair, at, -pull[:, None] * normal)

@@ -70,7 +70,7 @@ class Springs:
         beyond = moved > self.reach
         if time < 0:
             self._damp(world, 1.0 if beyond.any() else SETTLING)
-        self.broken |= (beyond & self.breaks) | removed(world, self.pair)
+        self.broken |= (beyond & self.breaks & (time >= 0)) | removed(world, self.pair)
         last_shift, last_angle, step = self._before or (shift, angle, world.time_step)
         self._before = shift, angle, world.time_step
         # The difference of two places is the velocity of symplectic Euler, exactly.

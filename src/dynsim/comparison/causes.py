@@ -44,6 +44,10 @@ class Cause(Sentence):
     COARSE_STAND = "false stand of a coarse run: with finer time steps it falls"
     TIME_TOO_SHORT = "statics exclude rest: the motion is slow, and in ten times as long it passes the threshold"
     SETTLED = "blocks moved a little and came to rest elsewhere, on other joints than they were built with"
+    FRICTION = (
+        "Bullet's friction is too large in a joint: it is bounded in two directions at right angles, and the stand "
+        "needs more than Coulomb's law gives"
+    )
     HELD = "it rests in a finer run too, on friction that statics without self-stress do not count on"
     CREEPS = "it creeps in Bullet: neither a stand nor a fall"
     UNDECIDED = "statics do not decide"
@@ -214,6 +218,8 @@ def _why_it_stood(
 ) -> Cause:
     """Return why an assembly stood for which no force field exists, or none without self-stress."""
     assembly = static.assembly
+    if dynamic.friction_excess:
+        return Cause.FRICTION
     if closely and _in_finer_steps(static, settings).outcome is DynamicOutcome.FALLS:
         return Cause.COARSE_STAND
     if closely and static.outcome is Outcome.STABLE:

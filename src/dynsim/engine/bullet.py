@@ -5,10 +5,13 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from blockstat.errors import InputError
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
 #: Engine settings, measured: docs/dynamics.md.
 ENGINE: dict[str, Any] = {
@@ -99,3 +102,35 @@ def matrices(quaternion: Floats) -> Floats:
     from scipy.spatial.transform import Rotation
 
     return Rotation.from_quat(quaternion).as_matrix()
+
+
+def contact_points(bullet: Any, client: int, bodies: Sequence[int]) -> tuple[Ints, Floats, Floats, Floats]:
+    """Return Bullet's contact points between some bodies, in its own units.
+
+    Parameters
+    ----------
+    bullet : module
+        The module pybullet.
+    client : int
+        Bullet's client.
+    bodies : sequence of int
+        Bodies of the blocks; points on other bodies, such as a floor, are left out.
+
+    Returns
+    -------
+    pairs : array of int, shape (k, 2)
+        Positions of the two bodies in the sequence.
+    point : array of float, shape (k, 3)
+        Where they touch.
+    force : array of float, shape (k, 3)
+        Force on the second body, normal and friction together.
+    normal : array of float, shape (k, 3)
+        Unit normals, out of the second body.
+    """
+    block = {body: i for i, body in enumerate(bodies)}
+    found = [c for c in bullet.getContactPoints(physicsClientId=client) or () if c[1] in block and c[2] in block]
+    pairs = np.array([(block[c[1]], block[c[2]]) for c in found], dtype=np.int64).reshape(-1, 2)
+    point = np.array([c[6] for c in found]).reshape(-1, 3)
+    normal = np.array([c[7] for c in found]).reshape(-1, 3)  # it points to the first body
+    on_first = [np.multiply(c[9], c[7]) + np.multiply(c[10], c[11]) + np.multiply(c[12], c[13]) for c in found]
+    return pairs, point, -np.array(on_first).reshape(-1, 3), normal

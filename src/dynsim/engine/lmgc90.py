@@ -263,7 +263,7 @@ class Lmgc90World:
         step = self.settings.time_step / self.time
         return (new - old) / step, Rotation.from_matrix(to @ from_.swapaxes(1, 2)).as_rotvec() / step
 
-    def contact_forces(self) -> tuple[Ints, Floats, Floats]:
+    def contact_forces(self) -> tuple[Ints, Floats, Floats, None]:
         """Return the forces of the last time step at every contact point.
 
         Returns
@@ -274,9 +274,11 @@ class Lmgc90World:
             Where they touch [m].
         force : array of float, shape (k, 3)
             Force on the second block, normal and friction together [N].
+        normal : None
+            Normals are not kept: friction is Coulomb's here.
         """
         now = self._now
-        return now.pairs, now.point @ self._turn / self.length, now.force @ self._turn / self._force
+        return now.pairs, now.point @ self._turn / self.length, now.force @ self._turn / self._force, None
 
 
 def rotation_between(a: Floats, b: Floats) -> Floats:

@@ -22,7 +22,7 @@ from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
 from dynsim.engine.bodies import Shape, filled_blocks, hull_obj, likeness, shapes
-from dynsim.engine.bullet import ENGINE, import_bullet, matrices, quaternion
+from dynsim.engine.bullet import ENGINE, contact_points, import_bullet, matrices, quaternion
 from dynsim.engine.friction import block_friction, common_friction, has_own_friction
 from dynsim.engine.guards import (
     check_assembly,
@@ -582,7 +582,7 @@ class World:
         self._weigh(block)
         self.set_gravity(self._gravity)
 
-    def contact_forces(self) -> tuple[Ints, Floats, Floats]:
+    def contact_forces(self) -> tuple[Ints, Floats, Floats, Floats]:
         """Return the forces of the last time step at every contact point.
 
         Returns
@@ -593,14 +593,10 @@ class World:
             Where they touch [m].
         force : array of float, shape (k, 3)
             Force on the second block, normal and friction together [N].
+        normal : array of float, shape (k, 3)
+            Unit normals, out of the second block.
         """
-        block = {body: i for i, body in enumerate(self._bodies)}
-        found = self._bullet.getContactPoints(physicsClientId=self._client) or ()
-        found = [c for c in found if c[1] in block and c[2] in block]  # not those on a floor
-        pairs = np.array([(block[c[1]], block[c[2]]) for c in found], dtype=np.int64).reshape(-1, 2)
-        point = np.array([c[6] for c in found]).reshape(-1, 3) / self.length
-        # Bullet's normal points to the first body, and forces are averaged over the sub-steps as if only one counted.
-        on_first = [np.multiply(c[9], c[7]) + np.multiply(c[10], c[11]) + np.multiply(c[12], c[13]) for c in found]
+        pairs, point, impulse, normal = contact_points(self._bullet, self._client, self._bodies)
+        # Forces are averaged over the sub-steps as if only one counted.
         count = 1 if self._stepwise else self.settings.substeps
-        force = -np.array(on_first).reshape(-1, 3) * (count / (self._mass * self._acceleration))
-        return pairs, point, force
+        return pairs, point / self.length, impulse * (count / (self._mass * self._acceleration)), normal

@@ -164,7 +164,7 @@ def angles(rotation: Floats) -> Floats:
     return 2 * np.arcsin(np.minimum(difference / (2 * np.sqrt(2)), 1.0))
 
 
-def rate(times: Floats, displacement: Floats, window: float) -> float:
+def rate(times: Floats, displacement: Floats, window: float, since: float = 0.0) -> float:
     """Return the speed of the fastest block at the end of a run.
 
     Parameters
@@ -175,6 +175,9 @@ def rate(times: Floats, displacement: Floats, window: float) -> float:
         Displacements [m].
     window : float
         Time over which the speed is taken [s].
+    since : float
+        Time from which on motion counts [s], such as the end of the loads: what they carry is no creep. A run that
+        ended before has the speed of its last window.
 
     Returns
     -------
@@ -183,15 +186,17 @@ def rate(times: Floats, displacement: Floats, window: float) -> float:
 
     Notes
     -----
-    Shaking is no creep. Over a third of the run, if that is longer than the window, it averages out, so the smaller of
-    the two speeds counts.
+    Shaking is no creep. Over a third of the time that counts, if that is longer than the window, it averages out, so
+    the smaller of the two speeds counts.
     """
+    first = int(np.searchsorted(times, since * (1 - 1e-9)))
+    first = first if first < len(times) - 1 else 0
 
     def over(duration: float) -> float:
-        frame = max(int(np.searchsorted(times, times[-1] - duration * (1 + 1e-9))), 0)
+        frame = max(int(np.searchsorted(times, times[-1] - duration * (1 + 1e-9))), first)
         if frame >= len(times) - 1:
             return 0.0
         moved = np.linalg.norm(displacement[-1] - displacement[frame], axis=1)
         return float(moved.max() / (times[-1] - times[frame]))
 
-    return min(over(window), over(max(window, times[-1] / 3)))
+    return min(over(window), over(max(window, (times[-1] - times[first]) / 3)))

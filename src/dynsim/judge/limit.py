@@ -17,6 +17,7 @@ from blockstat.loads import as_load
 from blockstat.result import Result, Sentence, finite, millimetres
 from blockstat.typing import Floats
 from dynsim.judge.criteria import default_threshold
+from dynsim.judge.static_reserve import OBLIQUE
 from dynsim.judge.verdict import DynamicOutcome
 from dynsim.judge.verify import verify
 from dynsim.loads.load import Load, as_loads
@@ -223,7 +224,7 @@ def limit(
         outcome, lower, upper, (static.lower, static.upper), tuple(search.trials), process_time() - start,
         search.threshold,
         (*search.warnings, *_warnings(search.trials, lower, upper, unbounded=search.unbounded),
-         *_creeping(settings)),
+         *_on_friction(search.trials, search.oblique, lower), *_creeping(settings)),
     )  # fmt: skip
 
 
@@ -269,6 +270,7 @@ class _Search:
         self.threshold = chosen or default_threshold(assembly)
         self.trials: list[Trial] = []
         self.warnings: dict[str, None] = {}  #: of the runs, each once
+        self.oblique: dict[float, str] = {}  #: what runs said that stood on friction beyond Coulomb's, by multiplier
         total = Constant(force).size(assembly)
         self._unit = assembly.free_weight / total if total > 0 else 1.0  # where the load is as strong as the weight
         self._found: tuple[float, float] | None = None  # the bracket, once it is narrow enough
@@ -283,7 +285,10 @@ class _Search:
             float(multiplier), verdict.outcome.word, verdict.max_displacement, float(run.times[-1]), run.process_seconds
         )
         self.trials.append(trial)
-        self.warnings |= dict.fromkeys(verdict.warnings)
+        self.warnings |= dict.fromkeys(text for text in verdict.warnings if not text.startswith(OBLIQUE))
+        for text in verdict.warnings:
+            if text.startswith(OBLIQUE):
+                self.oblique[trial.multiplier] = text
         if self._progress is not None:
             self._progress(trial)
         return _carries(trial, unbounded=self.unbounded)
@@ -358,6 +363,16 @@ def _carries(trial: Trial, *, unbounded: bool) -> bool:
     What statics carry without bound, blocks that creep have not ceased to carry: only a fall is a limit there.
     """
     return trial.verdict == DynamicOutcome.STANDS.word or (unbounded and trial.verdict == DynamicOutcome.CREEPS.word)
+
+
+def _on_friction(trials: list[Trial], oblique: dict[float, str], lower: float) -> list[str]:
+    """What is said of a lower multiplier that is only carried on friction beyond Coulomb's."""
+    if lower not in oblique:
+        return []
+    least = min(oblique)
+    without = [t.multiplier for t in trials if t.verdict == DynamicOutcome.STANDS.word and t.multiplier < least]
+    up_to = f"; up to {max(without):.5g} it stood without" if without else ""
+    return [f"at {lower:.5g} {oblique[lower]}{up_to}"]
 
 
 def _creeping(settings: Settings | None) -> list[str]:

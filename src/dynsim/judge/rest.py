@@ -8,6 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces
+from blockstat.contact.tolerance import stated_length
+from blockstat.geometry.components import connected_components
+from blockstat.program.ties import tied_pairs
 from blockstat.typing import Floats, Ints
 from dynsim.judge.criteria import default_threshold
 from dynsim.loads.load import Load
@@ -88,6 +92,29 @@ def threshold_under(assembly: Assembly, loads: Sequence[Load], given: float | No
         on = assembly.blocks_named(load.supports, "settlement") if isinstance(load, Settlement) else slice(None)
         carried[on] += load.travel
     return given + float(carried.max())
+
+
+def free_fall(assembly: Assembly, interfaces: Interfaces) -> Floats:
+    """Return how far each block may drop that nothing holds as built.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    interfaces : Interfaces
+        Joints of the assembly.
+
+    Returns
+    -------
+    array of float, shape (n_blocks,)
+        The gap up to which two faces are a joint [m] where no chain of joints and ties leads from the block to a
+        support: what drops further touched nothing. Infinite for the other blocks.
+    """
+    _, part = connected_components(assembly.n_blocks, np.vstack([interfaces.pair, tied_pairs(assembly)]))
+    loose = ~np.isin(part, part[assembly.support])
+    length = stated_length(interfaces.searched)
+    gap = np.full(assembly.n_blocks, length) if length is not None else assembly.size * float(interfaces.searched)
+    return np.where(loose, gap, np.inf)
 
 
 def movement(assembly: Assembly, blocks: Ints, moved: Floats, turned: Floats) -> Floats:

@@ -26,6 +26,22 @@ from dynsim.settings import Settings
 TALL = 2.0
 #: The last part of settling has the time step of the free run, so that nothing changes when blocks are let go.
 OWN_STEP = 0.2
+#: Contact points whose normals differ by less are on one plane [rad]. Those of joints of small buildings differ by up
+#: to a quarter of that.
+PARALLEL = 5e-3
+#: A point presses where its normal force is more than this share of the largest one: less is rounding.
+PRESSED = 1e-9
+
+
+@dataclass(frozen=True)
+class PlaneForce:
+    """The resultant of the contact forces of two blocks on one plane."""
+
+    pair: tuple[int, int]
+    pressure: float  #: [N]
+    friction: float  #: length of the component in the plane [N]
+    at_points: float  #: sum of the lengths of the components of the points in the plane [N]; more where they turn
+    spread: float  #: largest angle between a normal of the points and that of the plane [rad]
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +51,7 @@ class Contacts:
     pairs: Ints  #: the two blocks of each point, shape (k, 2)
     point: Floats  #: shape (k, 3) [m]
     force: Floats  #: on the second block, shape (k, 3) [N]
+    normal: Floats | None = None  #: unit normals out of the second block, shape (k, 3); None where none were kept
 
     def on(self, block: int) -> Floats:
         """Return the sum of the contact forces on a block.
@@ -66,6 +83,43 @@ class Contacts:
         total = np.zeros((len(pairs), 3))
         np.add.at(total, group.reshape(-1), force)
         return {(int(a), int(b)): value for (a, b), value in zip(pairs, total, strict=True)}
+
+    def planes(self) -> list[PlaneForce]:
+        """Return the resultant on each plane in which two blocks press on each other.
+
+        Returns
+        -------
+        list of PlaneForce
+            None where no normals were kept.
+
+        Notes
+        -----
+        A sum of forces in one cone is in that cone. So the resultant on a plane is within the friction cone where the
+        force at each point is, and so is the sum of the lengths. Points without pressure are left out: Bullet does not
+        bound their friction.
+        """
+        if self.normal is None or not len(self.pairs):
+            return []
+        ordered = np.sort(self.pairs, axis=1)
+        sign = np.where((ordered == self.pairs).all(axis=1), 1.0, -1.0)[:, None]
+        force, normal = sign * self.force, sign * self.normal
+        pressure = -np.einsum("ni,ni->n", force, normal)
+        left = np.flatnonzero(pressure > PRESSED * np.abs(pressure).max())
+        found = []
+        while len(left):
+            first = left[0]
+            off = np.linalg.norm(normal[left] - normal[first], axis=1)
+            group = left[alike := (ordered[left] == ordered[first]).all(axis=1) & (off < PARALLEL)]
+            across = force[group] + pressure[group, None] * normal[group]
+            friction, at_points = np.linalg.norm(across.sum(axis=0)), np.linalg.norm(across, axis=1).sum()
+            a, b = ordered[first].tolist()
+            found.append(
+                PlaneForce(
+                    (a, b), float(pressure[group].sum()), float(friction), float(at_points), float(off[alike].max())
+                )
+            )
+            left = left[~alike]
+        return found
 
 
 @dataclass(frozen=True, eq=False)

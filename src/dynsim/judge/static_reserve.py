@@ -1,15 +1,34 @@
-"""What statics prove about an assembly, and how much a run then has to resolve."""
+"""What statics prove about an assembly: how much a run has to resolve, and whether friction beyond Coulomb's matters.
+
+Bullet bounds the friction of a contact point in two directions at right angles. Where the slip is oblique to both,
+that is up to sqrt(2) times Coulomb friction. So a run may stand on forces that are beyond the friction cone at points
+of a joint. Others within it may hold the blocks as well, as in most walls: statics can tell. The resultant on a plane
+between two blocks cannot leave the cone if the force at each point is in its own, so it tells where statics cannot be
+asked.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
+
+import numpy as np
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.limit_load import limit_load
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
+from blockstat.errors import InputError
 from blockstat.studies.directions import horizontal
+from blockstat.typing import Floats
+from dynsim.engine.friction import STICKY, block_friction, common_friction, has_own_friction
+from dynsim.judge.criteria import default_threshold
+from dynsim.judge.run import Run
+from dynsim.loads.ground import Pulse, Record
+from dynsim.loads.load import Load
+from dynsim.loads.loading import Constant, Push
 
 #: Bullet's own error of limits, as a share of the weight (docs/bullet.md): what has more reserve does not fall by it.
 OWN_ERROR = 0.02
@@ -17,6 +36,11 @@ OWN_ERROR = 0.02
 FINE = 1e-4
 #: Relative width of the brackets of the sideways limits.
 TOLERANCE = 1e-2
+#: Friction of a joint above the coefficient by more than this share is beyond the cone. The forces of a run are exact
+#: to rounding; Bullet's limit of a block that slides along one of the two directions is exact to a quarter of it.
+BEYOND = 1e-2
+#: Begins what a verdict says about such friction.
+OBLIQUE = "in Bullet the stand needs friction that Coulomb's law does not give"
 
 
 class StaticReserve:
@@ -55,3 +79,130 @@ class StaticReserve:
             own error, so that a slow collapse is excluded by statics; at most `FINE` elsewhere.
         """
         return asked if self.sideways >= OWN_ERROR and self.equilibrium else min(asked, FINE)
+
+
+@dataclass(frozen=True)
+class FrictionExcess:
+    """The joint whose friction is furthest beyond Coulomb's."""
+
+    joint: tuple[str, str]  #: its blocks
+    ratio: float  #: of friction over pressure
+    friction: float  #: the coefficient
+    joints: int  #: beyond their cones
+    by_statics: bool  #: whether statics were asked for an equilibrium, and proved none
+
+    @property
+    def factor(self) -> float:
+        """How many times the coefficient the ratio is."""
+        return self.ratio / self.friction
+
+    @property
+    def warning(self) -> str:
+        """What a verdict must say."""
+        more = f" (and {self.joints - 1} more)" * (self.joints > 1)
+        return (
+            f'{OBLIQUE}: the joint between "{self.joint[0]}" and "{self.joint[1]}"{more} carries friction of '
+            f"{self.ratio:.3g} times its pressure, and its coefficient is {self.friction:.3g}"
+            + ("; statics prove no equilibrium with Coulomb friction either" * self.by_statics)
+            + ", so the stand is not proven"
+        )
+
+
+def friction_excess(
+    run: Run, interfaces: Interfaces, loads: Sequence[Load], resolution: float
+) -> FrictionExcess | None:
+    """Return the joint whose friction at the end of a run is furthest beyond Coulomb's, where that matters.
+
+    Parameters
+    ----------
+    run : Run
+        A run that ended at rest.
+    interfaces : Interfaces
+        Joints of its assembly.
+    loads : sequence of Load
+        Those of the run.
+    resolution : float
+        Imbalance that the run would have shown, as a share of the weight: what is beyond by less of the weight of the
+        lighter block is not counted.
+
+    Returns
+    -------
+    FrictionExcess or None
+        None where the points of all joints are within their cones, where statics prove an equilibrium with Coulomb
+        friction, and where the engine keeps no normals. Where statics cannot be asked, the resultants of the joints
+        count, which are within the cone however the points share them.
+    """
+    if not (found := _beyond(run, interfaces, resolution, resultant=False)):
+        return None
+    held = held_by_statics(run, interfaces, loads)
+    if held:
+        return None
+    # The resultant is the plainer evidence; where a block turns in a joint, its points alone are beyond.
+    found = _beyond(run, interfaces, resolution, resultant=True) or (found if held is not None else [])
+    if not found:
+        return None
+    _, ratio, friction, joint = max(found)
+    return FrictionExcess(joint, ratio, friction, len(found), by_statics=held is not None)
+
+
+def _beyond(
+    run: Run, interfaces: Interfaces, resolution: float, *, resultant: bool
+) -> list[tuple[float, float, float, tuple[str, str]]]:
+    """Joints beyond their cones: times the coefficient, ratio of friction over pressure, coefficient, blocks."""
+    assembly = run.assembly
+    own = has_own_friction(assembly, interfaces)
+    rough = block_friction(assembly, interfaces) if own else common_friction(assembly)
+    weight = np.where(assembly.support, np.inf, assembly.mass * np.linalg.norm(assembly.gravity))
+    beyond = []
+    for plane in run.contacts.planes():
+        a, b = plane.pair
+        friction = float(rough[a] * rough[b])
+        if friction >= STICKY * (1 - BEYOND) or friction == 0:
+            continue
+        carried = plane.friction if resultant else plane.at_points
+        allowed = np.tan(np.arctan(friction) + plane.spread) * plane.pressure
+        if carried > (1 + BEYOND) * allowed + resolution * min(weight[a], weight[b]):
+            ratio = carried / plane.pressure
+            beyond.append((ratio / friction, ratio, friction, (assembly.names[a], assembly.names[b])))
+    return beyond
+
+
+def held_by_statics(run: Run, interfaces: Interfaces, loads: Sequence[Load]) -> bool | None:
+    """Return whether statics prove an equilibrium with Coulomb friction of the blocks as built.
+
+    Parameters
+    ----------
+    run : Run
+        A run that ended at rest.
+    interfaces : Interfaces
+        Joints of its assembly.
+    loads : sequence of Load
+        Those of the run.
+
+    Returns
+    -------
+    bool or None
+        None where statics of the blocks as built do not apply: a load moved or removed supports or blocks or tilted the
+        ground, blocks lie further away than the default threshold, or a joint law has no statics of this kind.
+    """
+    assembly = run.assembly
+    moved = float(np.linalg.norm(run.displacement[-1], axis=1).max())
+    if not all(isinstance(load, (Constant, Pulse, Record, Push)) for load in loads):
+        return None
+    if moved >= default_threshold(assembly):
+        return None
+    lasting = sum((_wrenches(load, assembly) for load in loads if isinstance(load, Constant)), start=np.zeros((1, 6)))
+    given = np.broadcast_to(lasting, (assembly.n_blocks, 6))
+    try:
+        found = assess(assembly, loads=given, flow="coulomb", interfaces=interfaces, score=False)
+    except InputError:
+        return None
+    return found.outcome is Outcome.STABLE
+
+
+def _wrenches(load: Constant, assembly: Assembly) -> Floats:
+    """A constant load as wrenches on the free blocks, shape (n_blocks, 6)."""
+    given = np.asarray(load.load, dtype=float)
+    if given.shape == (3,):
+        given = np.hstack([np.outer(assembly.mass, given), np.zeros((assembly.n_blocks, 3))])
+    return np.where(assembly.support[:, None], 0.0, given)

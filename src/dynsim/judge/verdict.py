@@ -55,6 +55,8 @@ class DynamicVerdict(Result):
         0.0  #: the furthest that turning moved a point at half the size of its block from the centroid [m]
     )
     turn_threshold: float = 0.0  #: of it [m]
+    #: friction of the joint furthest beyond Coulomb's, over the coefficient, where the stand needs it; 0 elsewhere
+    friction_excess: float = 0.0
     falls_alone: bool = False  #: whether it falls without the loads that change, too, as far as that was asked
 
     @property
@@ -139,6 +141,7 @@ class DynamicVerdict(Result):
             "brick_threshold": self.brick_threshold,
             "turn_threshold": self.turn_threshold,
             "falls_alone": self.falls_alone,
+            "friction_excess": self.friction_excess,
             "passes_eq1": self.passes_eq1,
             "passes_eq2": self.passes_eq2,
             "first_block": self.first_block,

@@ -14,6 +14,7 @@ from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, known_options
+from blockstat.result import listed, millimetres
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import weakened
 from dynsim.bonds.stiffness import caveats
@@ -23,13 +24,12 @@ from dynsim.engine.world import Action
 from dynsim.judge.closing import ClosedScene, closed_scene
 from dynsim.judge.cracks import find_cracks
 from dynsim.judge.criteria import ARM, OVERTURNED, angles, default_threshold, drops, group_box_centre, rate
-from dynsim.judge.rest import AFTERWARDS, RestDetection, last_change, movement, stays, threshold_under
+from dynsim.judge.rest import AFTERWARDS, RestDetection, free_fall, last_change, movement, stays, threshold_under
 from dynsim.judge.run import Run, simulate
 from dynsim.judge.stages import SAME_FALL, Stages, stages
-from dynsim.judge.static_reserve import StaticReserve
+from dynsim.judge.static_reserve import StaticReserve, friction_excess
 from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
 from dynsim.loads.load import Load, Loads, as_actions, as_loads
-from dynsim.loads.loading import Constant
 from dynsim.settings import Settings
 
 Progress: TypeAlias = Callable[[float, float, float], None] | None
@@ -99,10 +99,14 @@ def verify(
     Notes
     -----
     A run ends early on a fall and on a rest. Where nothing acts but weight, a fall that is not clear is accepted only
-    if a run with another time step sees the same one (see `dynsim.judge.stages`). Where at most `Constant` loads act
-    besides the weight, glue stronger than the weight of all blocks and these loads is tried at that strength first:
-    what stands with weaker glue stands with stronger glue. Joints that statics count as closed are closed for Bullet,
-    too (see `dynsim.judge.closing`).
+    if a run with another time step sees the same one (see `dynsim.judge.stages`). Where no actions are given, glue
+    stronger than the weight of all blocks and the loads on them is tried at that strength first, and at ten and a
+    hundred times it: what stands with weaker glue stands with stronger glue. Joints that statics count as closed are
+    closed for Bullet, too (see `dynsim.judge.closing`).
+
+    A block to which no chain of joints leads from a support falls when it drops by more than a joint may be open,
+    settling included. A stand that needs more than Coulomb friction in a joint, where statics prove no equilibrium with
+    it, has a warning and a `friction_excess` (see `dynsim.judge.static_reserve`).
 
     Examples
     --------
@@ -172,16 +176,44 @@ def _verify(
         iterations = max(iterations, iterations_for(assembly, interfaces, EDGE))
     settings = replace(settings, iterations=iterations)
     evaluate = _Evaluator(assembly, settings, acting, actions, interfaces, reserve=reserve, progress=progress)
-    spent = 0.0
-    constant = [load for load in acting if isinstance(load, Constant)]
-    if len(constant) == len(acting) and not actions and (weak := weakened(assembly, interfaces, constant)) is not None:
-        verdict = _Evaluator(weak, settings, acting, actions, interfaces, progress=progress)(settings)
+    if not (acting or actions or any(law.strong for law in assembly.joints)):
+        return _staged(evaluate, runs, reserve)
+
+    def weaker(glued: Assembly, spent: float) -> DynamicVerdict:
+        return _Evaluator(glued, settings, acting, actions, interfaces, progress=progress)(settings, spent)
+
+    return _glued(assembly, interfaces, acting, evaluate, weaker, tried=() if actions else GLUE_TRIED)
+
+
+def _glued(
+    assembly: Assembly,
+    interfaces: Interfaces,
+    acting: Sequence[Load],
+    evaluate: _Evaluator,
+    weaker: Callable[[Assembly, float], DynamicVerdict],
+    tried: Sequence[int],
+) -> DynamicVerdict:
+    """The verdict of one run, that with the weakest glue tried with which the blocks stand.
+
+    Under loads that change, a joint that weaker glue lets crack may hold with the stronger one, and what follows
+    differs. So the run then has the stronger one, and the weaker one counts only where that does not stand.
+    """
+    changing, spent, stood, strong = np.isfinite(last_change(acting)), 0.0, None, False
+    for times in tried:
+        if (weak := weakened(assembly, interfaces, acting, times)) is None:
+            break
+        verdict = weaker(weak, spent)
+        spent, strong = verdict.process_seconds, times == GLUE_TRIED[-1]
         if verdict.outcome is DynamicOutcome.STANDS:
-            return replace(verdict, warnings=(*verdict.warnings, WEAKER))
-        spent = verdict.process_seconds
-    if acting or actions or any(law.strong for law in assembly.joints):
-        return evaluate(settings, spent)
-    return _staged(evaluate, runs, reserve)
+            stood = stood or replace(verdict, warnings=(*verdict.warnings, _weaker(times)))
+            if not (changing and verdict.cracks.n_cracks):
+                return replace(verdict, warnings=(*verdict.warnings, _weaker(times)))
+    verdict = evaluate(evaluate.settings, spent)
+    if verdict.outcome is DynamicOutcome.STANDS:
+        return verdict
+    if stood is not None:
+        return replace(stood, run=replace(stood.run, process_seconds=verdict.process_seconds))
+    return replace(verdict, warnings=(*verdict.warnings, *[TOO_STRONG] * strong))
 
 
 def _staged(evaluate: _Evaluator, runs: Stages, reserve: StaticReserve | None) -> DynamicVerdict:
@@ -209,12 +241,29 @@ def _fall_time(verdict: DynamicVerdict) -> float:
     return np.inf if verdict.first_time is None else verdict.first_time * verdict.run.pace
 
 
+#: Blocks that a warning names at most.
+NAMED = 5
 #: Bonds give a little before they hold, so glued blocks settle longer by this [s].
 GLUE_SETTLES = 0.1
-WEAKER = (
-    "it stands with glue of no more than the weight of all blocks and the loads on them a joint, so it stands with the "
-    "stronger glue given"
+#: Glue that is stronger is first tried at these multiples of the weight of all blocks and the loads on them. Four cubes
+#: begin to creep at some five hundred times their weight.
+GLUE_TRIED = (1, 10, 100)
+TOO_STRONG = (
+    f"with glue of {GLUE_TRIED[-1]} times the weight of all blocks and the loads on them it does not stand, and Bullet "
+    "does not balance the preload of the stronger glue given: blocks creep, so this run does not say what it would hold"
 )
+
+
+def _weaker(times: int) -> str:
+    """What is said of a stand with weaker glue."""
+    most = "the weight" if times == 1 else f"{times} times the weight"
+    return (
+        f"it stands with glue of no more than {most} of all blocks and the loads on them a joint, so it stands with "
+        "the stronger glue given"
+    )
+
+
+WEAKER = _weaker(1)
 
 
 class _Evaluator:
@@ -231,7 +280,7 @@ class _Evaluator:
         reserve: StaticReserve | None = None,
         progress: Progress = None,
     ) -> None:
-        self._assembly, self._interfaces, self._engine = assembly, interfaces, engine
+        self._assembly, self._interfaces, self._engine, self.settings = assembly, interfaces, engine, settings
         self._reserve, self._progress = reserve, progress
         self._group, blocks = _roof(assembly, settings.group)
         self._judged = stays(assembly, loads)
@@ -246,6 +295,8 @@ class _Evaluator:
         self._threshold = default_threshold(assembly)
         self._loads, self._actions = loads, actions
         self._crack = settings.crack_threshold
+        self._loose = np.full(assembly.n_blocks, np.inf)
+        self._loose[self._judged] = free_fall(assembly, interfaces)[self._judged]
 
     def __call__(self, settings: Settings, spent: float = 0.0) -> DynamicVerdict:
         rest = RestDetection(self._threshold, settings.window)
@@ -293,14 +344,21 @@ class _Evaluator:
         turned = np.zeros_like(length)
         turned[:, judged] = angles(run.rotation)[:, judged]
         group_drop, max_drop = self._group_drop(run), float(drops(assembly, since[-1]).max())
-        beyond = (length >= self._brick) | self._too_far(turned)
+        fell = np.asarray(drops(assembly, run.displacement))
+        apart = np.asarray(fell > self._loose)
+        beyond = (length >= self._brick) | self._too_far(turned) | apart
         ever = np.flatnonzero(beyond.any(axis=0))
-        speed = rate(run.times, since, settings.window / run.pace)
+        speed = rate(run.times, since, settings.window / run.pace, self._hold)
         outcome = DynamicOutcome.STANDS if at_rest else DynamicOutcome.CREEPS
         if len(ever) or group_drop >= self._roof or max_drop >= self._brick:
             outcome = DynamicOutcome.FALLS
         settling = float(np.linalg.norm(run.displacement[0], axis=1).max())
         frame = int(np.argmax(beyond.any(axis=1)))
+        told = [*caveats(self._actions), *_warnings(run, settling, self._brick), *_in_the_air(assembly, apart, fell)]
+        excess = None
+        if outcome is DynamicOutcome.STANDS:
+            excess = friction_excess(run, self._interfaces, self._loads, settings.resolution)
+        told += [excess.warning] if excess else []
         return DynamicVerdict(
             outcome=outcome, group=self._group, group_drop=group_drop, max_drop=max_drop,
             max_displacement=float(length.max()), max_rotation=degrees(turned.max()), rate=speed, settling=settling,
@@ -314,7 +372,7 @@ class _Evaluator:
                 threshold=self._crack, interfaces=self._interfaces, removed=np.flatnonzero(np.isfinite(run.removed)),
             ),
             run=run, resolution=settings.resolution, settings=settings,
-            warnings=(*caveats(self._actions), *_warnings(run, settling, self._brick)),
+            warnings=tuple(told), friction_excess=excess.factor if excess else 0.0,
         )  # fmt: skip
 
     def _too_far(self, turned: Floats) -> np.ndarray:
@@ -341,6 +399,17 @@ def _warnings(run: Run, settling: float, brick: float) -> list[str]:
     if settling > brick:
         warnings.append(f"blocks moved {1e3 * settling:.2g} mm while settling, more than the threshold")
     return warnings
+
+
+def _in_the_air(assembly: Assembly, apart: np.ndarray, fell: Floats) -> list[str]:
+    """What is said of blocks that nothing held as built, from when on and how far they fell, by frame."""
+    if not apart.any():
+        return []
+    names = listed([assembly.names[block] for block in np.flatnonzero(apart.any(axis=0))], NAMED)
+    return [
+        f"no joint held {names} as built: blocks fell through the air by up to {millimetres(fell[apart].max(), 2)} mm, "
+        "settling included, which is more than a joint may be open"
+    ]
 
 
 def _roof(assembly: Assembly, group: str | None) -> tuple[str, Ints]:

@@ -134,7 +134,7 @@ def write_npz(run: Run, path: str | Path) -> Path:
             assembly=_packed(run.assembly),
             displacement=run.displacement.astype(np.float32),
             quaternion=quaternions(run.rotation).astype(np.float32),
-            **{f"contact_{field.name}": getattr(run.contacts, field.name) for field in fields(Contacts)},
+            **{f"contact_{name}": value for name, value in vars(run.contacts).items() if value is not None},
             **{name: getattr(run, name) for name in _others() if getattr(run, name) is not None},
         )
     return path
@@ -182,7 +182,8 @@ def read_run(path: str | Path) -> Run:
         raise InputError(f"{path}: not a run of this version of dynsim")
     quaternion = kept["quaternion"].astype(float)
     rotation = Rotation.from_quat(quaternion.reshape(-1, 4)).as_matrix().reshape(*quaternion.shape[:2], 3, 3)
-    contacts = Contacts(**{field.name: kept[f"contact_{field.name}"] for field in fields(Contacts)})
+    names = [field.name for field in fields(Contacts) if f"contact_{field.name}" in kept]
+    contacts = Contacts(**{name: kept[f"contact_{name}"] for name in names})
     others = {name: kept[name] if kept[name].ndim else kept[name].item() for name in _others() if name in kept}
     return Run(
         assembly=_unpacked(kept["assembly"]), displacement=kept["displacement"].astype(float), rotation=rotation,

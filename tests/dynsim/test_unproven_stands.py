@@ -1,0 +1,219 @@
+"""Stands that are not what they seem: friction beyond Coulomb's, falls through the air, glue, rates under loads."""
+
+import math
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, JointLaw, Tie, assess, find_interfaces
+from blockstat.loads import point_load
+from dynsim import DynamicOutcome, Pulse, Settings, Settlement, limit, verify
+from dynsim.bonds.glue import CohesivePreload, weakened
+from dynsim.comparison.compare import compare_one
+from dynsim.engine.world import World
+from dynsim.judge.criteria import rate
+from dynsim.judge.run import Contacts
+from dynsim.judge.static_reserve import OBLIQUE
+from dynsim.judge.verify import GLUE_TRIED, TOO_STRONG
+from dynsim.loads.loading import Constant
+from evidence.scenes.small import assembly, box
+
+GROUND = box((-10, -10, -1), (10, 10, 0), name="ground")
+EARTH = (0, 0, -9.81)
+
+
+def pushed_aside():
+    """A block on level ground, mu = .2, and a level force of its weight on an upper edge, oblique to its sides."""
+    asm = assembly([GROUND, box((0, 0, 0), (1, 0.4, 0.4), name="b")], friction=0.2, gravity=EARTH, supports=["ground"])
+    across = asm.free_weight * math.sqrt(0.5)
+    return asm, point_load(asm, "b", (0.8, 0, 0.4), (-across, across, 0))
+
+
+def friction_warnings(texts):
+    return [text for text in texts if OBLIQUE in text]
+
+
+def test_a_block_that_slides_by_coulombs_law_and_not_by_bullets_is_named():
+    # It slides where the push exceeds .2 W, whatever else: at .22 W the joint carries friction of .22 N, 1.1 mu N.
+    asm, load = pushed_aside()
+    assert assess(asm, loads=0.22 * load).outcome.word == "unstable"
+    found = verify(asm, loads=0.22 * load)
+    assert found.outcome is DynamicOutcome.STANDS
+    assert found.friction_excess == pytest.approx(1.1, rel=0.02)
+    (text,) = friction_warnings(found.warnings)
+    assert 'the joint between "ground" and "b" carries friction of 0.2' in text
+    assert "its coefficient is 0.2" in text
+    assert text in found.explain()
+    assert friction_warnings(found.summary()["warnings"]) == [text]
+    assert found.summary()["friction_excess"] == found.friction_excess
+    within = verify(asm, loads=0.19 * load)
+    assert (within.outcome, within.friction_excess) == (DynamicOutcome.STANDS, 0.0)
+    assert not friction_warnings(within.warnings)
+
+
+def test_a_limit_on_friction_beyond_coulombs_says_so_and_up_to_where_it_stood_without():
+    asm, load = pushed_aside()
+    found = limit(asm, load, check=False, width=0.05)
+    assert found.lower > 0.25  # Bullet's; by hand it is .2
+    (text,) = friction_warnings(found.warnings)
+    assert text.startswith(f"at {found.lower:.5g} ")
+    least = float(text.rsplit("up to ", 1)[1].split()[0])
+    assert 0.19 < least < 0.203
+    assert friction_warnings(found.summary()["warnings"]) == [text]
+
+
+def test_a_comparison_names_friction_as_the_cause():
+    # The same force, by a tie that pulls level with .25 W.
+    asm, _ = pushed_aside()
+    anchor = box((-14, 13, -1), (-12, 15, 1), name="anchor")
+    ground = box((-20, -20, -2), (20, 20, 0), name="ground")
+    wide = assembly([ground, anchor, box((0, 0, 0), (1, 0.4, 0.4), name="b")], friction=0.2, gravity=EARTH,
+                    supports=["ground", "anchor"])  # fmt: skip
+    force = 0.25 * asm.free_weight
+    ends = ((0.8, 0, 0.4), (0.8 - 20 * math.sqrt(0.5), 20 * math.sqrt(0.5), 0.4))
+    row = compare_one(wide.with_(ties=[Tie(("b", "anchor"), ends, least=force, greatest=force)]))
+    assert (row.static, row.dynamic, row.cause) == ("unstable", "stands", "friction")
+    assert "Coulomb" in row.note
+
+
+def slope(degrees):
+    """A slab on a slope, mu = .3, held back by a low post at one corner, about which it turns."""
+    down, towards = math.radians(degrees), math.radians(24)
+    gravity = 9.81 * np.array([math.sin(down) * math.cos(towards), math.sin(down) * math.sin(towards), -math.cos(down)])
+    post = box((1.1, -0.5, 0), (1.4, 0.12, 0.05), name="post")
+    blocks = [GROUND, post, box((0, 0, 0), (1.1, 0.3, 0.3), name="b")]
+    return assembly(blocks, friction=0.3, gravity=gravity, supports=["ground", "post"])
+
+
+def test_where_statics_hold_the_blocks_points_beyond_the_cone_do_not_matter():
+    held = verify(slope(34))
+    planes = [plane for plane in held.run.contacts.planes() if plane.pair == (0, 2)]
+    assert max(plane.at_points / plane.pressure for plane in planes) > 0.32
+    assert assess(slope(34), flow="coulomb").outcome.word == "stable"
+    assert held.friction_excess == 0.0
+    # Here the slab turns: the resultant is at the edge of the cone, and its points are beyond.
+    turns = verify(slope(40))
+    (plane,) = [plane for plane in turns.run.contacts.planes() if plane.pair == (0, 2)]
+    assert plane.friction < 0.31 * plane.pressure < 0.34 * plane.pressure < plane.at_points
+    assert assess(slope(40)).outcome.word == "unstable"
+    assert turns.outcome is DynamicOutcome.STANDS
+    assert turns.friction_excess > 1.01
+
+
+def test_where_statics_of_the_built_shape_do_not_apply_the_resultant_of_a_joint_counts():
+    asm, load = pushed_aside()
+    sinks = Settlement("ground", (0, 0, -0.001), speed=0.01)
+    found = verify(asm, loads=[Constant(0.22 * load), sinks])
+    assert found.outcome is DynamicOutcome.STANDS
+    assert found.friction_excess == pytest.approx(1.1, rel=0.02)
+    (text,) = friction_warnings(found.warnings)
+    assert "statics" not in text
+
+
+def test_the_resultant_on_a_plane_is_that_of_its_points_in_either_order():
+    # Two points of a level joint that press with 3 and 4 N and rub with 1 N each, against each other; and a side.
+    contacts = Contacts(
+        np.array([[0, 1], [1, 0], [0, 1], [0, 1]]), np.zeros((4, 3)),
+        np.array([[1.0, 0, 3], [1.0, 0, -4], [0, 2.0, 0], [0, 0.5, 0.5]]),
+        np.array([[0, 0, -1.0], [0, 0, 1.0], [0, 0, -1.0], [0, -1.0, 0]]),
+    )  # fmt: skip
+    level, side = contacts.planes()
+    assert (level.pair, level.pressure, level.friction, level.at_points) == ((0, 1), 7.0, 0.0, 2.0)
+    assert (side.pressure, side.friction, side.at_points, side.spread) == (0.5, 0.5, 0.5, 0.0)
+    assert Contacts(contacts.pairs, contacts.point, contacts.force).planes() == []
+
+
+def hung(high, **options):
+    return assembly([GROUND, box((0, 0, high), (1, 1, 1 + high), name="cube")], supports=["ground"], **options)
+
+
+def test_a_stone_in_the_air_falls_however_small_its_drop():
+    big = [box((3 * i, 0, 0), (3 * i + 2, 2, 2), name=f"B{i}") for i in range(3)]
+    stone = box((-2, 0, 0.05), (-1.8, 0.2, 0.25), name="stone")
+    found = verify(assembly([GROUND, *big, stone], supports=["ground"]))
+    assert found.max_displacement < found.brick_threshold  # a thirtieth of 2 m
+    assert (found.outcome, found.first_block) == (DynamicOutcome.FALLS, "stone")
+    (text,) = found.warnings
+    assert "stone" in text
+    assert "fell through the air by up to 50 mm, settling included" in text
+    assert "First to move: stone" in found.explain()
+    for drop, word in ((0.02, "falls"), (0.005, "stands")):  # a joint of blocks of 1 m may be open by 10 mm
+        assert verify(hung(drop)).outcome.word == word, drop
+
+
+def test_a_block_that_hangs_on_a_tie_is_held():
+    beam = box((0, 0, 3), (1, 1, 4), name="beam")
+    tie = Tie(("cube", "beam"), ((0.5, 0.5, 2.0), (0.5, 0.5, 3.0)))
+    asm = assembly([GROUND, box((0, 0, 1), (1, 1, 2), name="cube"), beam], supports=["ground", "beam"])
+    assert verify(asm.with_(ties=[tie])).outcome is DynamicOutcome.STANDS
+    assert verify(asm).outcome is DynamicOutcome.FALLS
+
+
+def cubes(tension):
+    """Four cubes of 5 cm on each other. A push of .5 W at their middle, 2 cubes up, needs 1 W in the lowest joint."""
+    ground = box((-1, -1, -0.1), (1, 1, 0), name="ground")
+    blocks = [box((0, 0, 0.05 * i), (0.05, 0.05, 0.05 * i + 0.05), name=f"c{i}") for i in range(4)]
+    asm = assembly([ground, *blocks], gravity=EARTH, density=2400.0, supports=["ground"])
+    return asm.with_(joints=[JointLaw(("*", "*"), bond=tension * asm.free_weight)] if tension else [])
+
+
+def test_what_stands_with_weaker_glue_stands_with_stronger_glue_under_a_pulse():
+    pulse = Pulse((0.5 * 9.81, 0, 0), 1.0)
+    for times, word in (
+        (0, "falls"),
+        (0.6, "falls"),
+        (1.3, "stands"),
+        (20, "stands"),
+        (600, "stands"),
+        (1e4, "stands"),
+    ):
+        found = verify(cubes(times), loads=pulse)
+        assert found.outcome.word == word, times
+        assert TOO_STRONG not in found.warnings
+        if word == "stands":
+            assert found.settling < 1e-4
+            assert found.max_displacement < 1e-3
+            assert any("stronger glue given" in text for text in found.warnings) is (times > 1.5)
+
+
+def test_glue_that_needs_a_lever_is_tried_at_ten_and_a_hundred_times_the_weight():
+    # A beam of twelve cubes on a wall: W at half its length, T at half its height, so it needs T = W L / h = 12 W.
+    wall = box((-1, 0, -2), (0, 1, 2), name="wall")
+    beam = assembly([wall, box((0, 0, 0), (12, 1, 1), name="beam")], supports=["wall"], friction=0.7)
+    beam = beam.with_(joints=[JointLaw(("*", "*"), bond=1e5 * beam.free_weight)])
+    found = verify(beam)
+    assert found.outcome is DynamicOutcome.STANDS
+    assert any("100 times the weight" in text for text in found.warnings)
+    assert GLUE_TRIED == (1, 10, 100)
+    (law,) = weakened(beam, find_interfaces(beam), (), 10).joints
+    assert law.bond == pytest.approx(10 * beam.free_weight)
+
+
+def test_a_pulse_counts_with_its_peak():
+    (law,) = weakened(cubes(1e3), find_interfaces(cubes(1e3)), [Pulse((0, 0, 0.5 * 9.81), 1.0, "half-sine")]).joints
+    assert law.bond == pytest.approx(1.5 * cubes(0).free_weight)
+
+
+def test_glue_does_not_break_while_blocks_settle():
+    asm = assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="cube")], supports=["ground"])
+    joints = find_interfaces(asm)
+    glue = CohesivePreload(joints, np.full(len(joints.point), 1.0))
+    with World(asm, Settings(), [glue], interfaces=joints) as world:
+        world.place(1, np.array([0, 0, 0.02]), np.eye(3))  # twice what a joint may be open
+        glue.act(world, -0.1)
+        assert not glue.broken.any()
+        glue.act(world, 0.0)
+        assert glue.broken.all()
+
+
+def test_the_rate_at_the_end_leaves_out_what_the_loads_carried():
+    times = np.linspace(0, 1, 51)
+    moved = np.zeros((51, 1, 3))
+    moved[:, 0, 2] = -0.01 * np.minimum(times / 0.5, 1.0)  # carried down until .5 s, then at rest
+    assert rate(times, moved, 0.75) == pytest.approx(0.005 / 0.76, rel=0.05)  # half of the way is in the window
+    assert rate(times, moved, 0.75, 0.5) == 0.0
+    assert rate(times[:20], moved[:20], 0.1, 0.5) == pytest.approx(0.02)  # it ended before the load did
+    asm: Assembly = assembly([GROUND, box((0, 0, 0), (0.5, 0.5, 2))], gravity=EARTH)
+    found = verify(asm, loads=[Settlement(0, (0, 0, -0.01), speed=0.02)])
+    assert found.outcome is DynamicOutcome.STANDS
+    assert found.rate < 1e-6
