@@ -39,14 +39,13 @@ def joint_friction(assembly: Assembly, interfaces: Interfaces) -> Floats:
     Returns
     -------
     array of float, shape (n_interfaces,)
-        Coefficients of friction.
+        Coefficients of friction; the assembly's where the last law that fits gives none.
     """
     if interfaces.friction is not None:
         return interfaces.friction
     friction = np.full(interfaces.n_interfaces, assembly.friction)
     for law, rows in laws_of(assembly, interfaces):
-        if law.friction is not None:
-            friction[rows] = law.friction
+        friction[rows] = assembly.friction if law.friction is None else law.friction
     return friction
 
 
