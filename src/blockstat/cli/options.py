@@ -9,7 +9,7 @@ import os
 import sys
 import traceback
 import warnings
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 FileArgument = Annotated[Path, typer.Argument(help="Assembly (.json, .obj, .glb, .stl, .ply, directory) or scene.")]
 Friction = Annotated[
-    float | None, typer.Option(help="Coefficient of friction in place of the file's; inf for no sliding.")
+    float | None,
+    typer.Option(help="Coefficient of friction in place of the file's; joint laws keep their own. inf for no sliding."),
 ]
 Gravity = Annotated[str | None, typer.Option(metavar="GX,GY,GZ", help="Gravity vector in m/s2 in place of the file's.")]
 Tilt = Annotated[
@@ -198,8 +199,9 @@ def load(
     assembly = read(path, supports=None if supports is None else supports.split(","), units=units, up=up)
     if stands:
         blaming(path, lambda: check_supports(assembly))
-    doubt(modified(assembly, friction=friction, gravity=None, tilt=None), path)
-    return modified(assembly, friction=friction, gravity=gravity, tilt=tilt)
+    assembly = modified(assembly, friction=friction, gravity=None, tilt=None)
+    doubt(assembly, path)
+    return modified(assembly, friction=None, gravity=gravity, tilt=tilt)
 
 
 def doubt(assembly: Assembly, path: Path) -> None:
@@ -246,36 +248,25 @@ def modified(assembly: Assembly, *, friction: float | None, gravity: str | None,
     ------
     InputError
         For an option that does not read as it must, a negative friction, or a gravity of zero.
+
+    Warns
+    -----
+    InputWarning
+        With another friction, where joint laws keep their own.
     """
     changes: dict[str, Any] = {}
     if friction is not None:
         changes["friction"] = friction
+        if own := [law for law in assembly.joints if law.friction not in (None, friction)]:
+            from blockstat.contact.point_law import kept_by
+
+            text = f'"{assembly.name}": --friction {friction:g} is asked for, and joints {kept_by(own)}'
+            warnings.warn(text, InputWarning, stacklevel=2)
     if gravity is not None:
         changes["gravity"] = numbers(gravity, 3, "--gravity", "GX,GY,GZ")
     if tilt is not None:
         changes["gravity"] = _tilted(changes.get("gravity", assembly.gravity), tilt)
     return assembly.with_(**changes) if changes else assembly
-
-
-def once(found: Container[str], key: str, option: str) -> None:
-    """Raise InputError where an option has named a key before.
-
-    Parameters
-    ----------
-    found : container
-        The keys that have been read.
-    key : str
-        The key that is read now.
-    option : str
-        The option.
-
-    Raises
-    ------
-    InputError
-        Naming the key.
-    """
-    if key in found:
-        raise InputError(f"{option} gives {key or 'its value'} twice")
 
 
 def numbers(text: str, count: int, option: str, form: str, *, given: str | None = None) -> list[float]:
