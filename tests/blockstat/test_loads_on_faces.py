@@ -15,6 +15,7 @@ from blockstat import (
     fluid_pressure,
     limit_load,
     line_load,
+    load_cases,
     moving_load,
     patch_load,
     surface_load,
@@ -184,11 +185,12 @@ def test_fill_around_a_post_lies_on_what_it_stands_on_and_on_the_post():
 def test_numbers_of_a_fluid_are_checked_by_name(name, values):
     asm = wall()
     given = {"level": 2.0, "unit_weight": 7.0, "towards": (-1, 0, 0)}
+    words = {"unit_weight": "above 0( and finite)?", "level": "a finite number"}
     for value in values:
-        allowed = "above 0( and finite)?" if name == "unit_weight" else "a finite number"
+        allowed = words.get(name, "a number of at least 0")
         with pytest.raises(InputError, match=rf"^{name} is .*; it must be {allowed}$"):
             fluid_pressure(asm, **(given | {name: value}))
-    assert fluid_pressure(asm, **given, coefficient=-1.0, surcharge=-2.0).any()
+    assert fluid_pressure(asm, **given, coefficient=0.5, surcharge=0.0).any()
 
 
 @pytest.mark.parametrize("gravity", [TILTED, np.array([0.0, 0.0, -9.81])])
@@ -571,3 +573,22 @@ def test_a_face_just_above_a_load_carries_none_of_it_however_large_the_ground_is
     assembly = Assembly.from_blocks(blocks, supports=["ground"])
     load = dispersed_load(assembly, (0.9, 0.5, 0.3), 1e3, spread=0.5, footprint=(0.4, 0.4))
     np.testing.assert_allclose(load[:, 2], (0, -1e3, 0))
+
+
+@pytest.mark.parametrize(("key", "value"), [("coefficient", -0.3), ("surcharge", -5000.0)])
+def test_earth_does_not_pull(key, value):
+    """A pressure presses on what it touches: its coefficient and its surcharge are at least 0."""
+    asm = Assembly.from_blocks([box((0, 0, 0), (1, 1, 3), name="wall")])
+    with pytest.raises(InputError, match=f"^{key} is {value}; it must be a number of at least 0$"):
+        fluid_pressure(asm, 2.0, 18000.0, (-1, 0, 0), **{key: value})
+    table = {"kind": "pressure", "level": 2.0, "unit_weight": 18000.0, "towards": [-1, 0, 0], key: value}
+    with pytest.raises(InputError, match=f"^loads.earth: {key} is {value}; it must be a number of at least 0$"):
+        load_cases(asm, {"earth": table}, {"all": {"factors": {"earth": 1.0}}})
+
+
+def test_earth_without_pressure_or_surcharge_presses_by_the_rest():
+    """K (gamma h^2 / 2 + q h) a metre: nothing at K = 0, and 18 x 4 / 2 kN at q = 0."""
+    asm = Assembly.from_blocks([box((0, 0, 0), (1, 1, 3), name="wall")])
+    nothing = fluid_pressure(asm, 2.0, 18000.0, (-1, 0, 0), coefficient=0.0, surcharge=5000.0)
+    np.testing.assert_array_equal(nothing, np.zeros((1, 6)))
+    assert fluid_pressure(asm, 2.0, 18000.0, (-1, 0, 0), surcharge=0.0)[0, 0] == pytest.approx(36000.0)

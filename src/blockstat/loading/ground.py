@@ -70,7 +70,8 @@ def fluid_pressure(
     Raises
     ------
     InputError
-        Where no free face looks that way below the level, or for a bad number.
+        Where no free face looks that way below the level, or for a bad number: a coefficient or a surcharge below 0
+        would pull.
 
     Examples
     --------
@@ -126,8 +127,9 @@ def fluid_forces(
         As `fluid_pressure` does.
     """
     check_positive("unit_weight", unit_weight)
-    for name, value in (("level", level), ("coefficient", coefficient), ("surcharge", surcharge)):
-        check_number(name, value)
+    check_number("level", level)
+    for name, value in (("coefficient", coefficient), ("surcharge", surcharge)):
+        check_number(name, value, least=0)
     faces = facing(assembly, selected(assembly, blocks, group), three(towards, "towards"), interfaces)
     up = up_of(assembly)
     wet = [part for face in faces if (part := _below(face, up, level)).region.area > 0]
