@@ -57,7 +57,7 @@ def _check_shares(faces, interface, share):
 
 
 def friction_of(asm, faces, interface):
-    """The friction of one joint: its own, or of the last fitting law that says so."""
+    """The friction of one joint: its own, that of the last fitting law, or the assembly's where this gives none."""
     if faces.friction is not None:
         return faces.friction[interface]
     groups = [asm.groups[b] for b in faces.pair[interface]]
@@ -68,8 +68,8 @@ def friction_of(asm, faces, interface):
     mu = asm.friction
     for law in asm.joints:
         one, two = law.between
-        if any(fits(one, a) and fits(two, b) for a, b in (groups, groups[::-1])) and law.friction is not None:
-            mu = law.friction
+        if any(fits(one, a) and fits(two, b) for a, b in (groups, groups[::-1])):
+            mu = asm.friction if law.friction is None else law.friction
     return mu
 
 

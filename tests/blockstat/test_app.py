@@ -406,7 +406,7 @@ def test_friction_that_is_not_asked_for_is_not_said_to_be_too_little():
     verdict = assess(own)
     slipped = told_of(verdict)[-1]
     assert isnan(slipped.least)
-    assert "all joints have a friction of their own" in slipped.reason
+    assert "all joints keep a friction of their own" in slipped.reason
     assert "not known" in numbers(Known(verdict, slipped=slipped))
     assert "none is enough" not in numbers(Known(verdict, slipped=slipped))
     assert "none is enough" in numbers(Known(verdict, slipped=Slipped(1, nan, 0.0)))

@@ -149,7 +149,7 @@ def by_hand(asm, faces):
         for law in asm.joints:
             p, q = law.between
             if (fits(p, one) and fits(q, two)) or (fits(q, one) and fits(p, two)):
-                mu = law.friction if law.friction is not None else mu
+                mu = asm.friction if law.friction is None else law.friction
                 area = float(faces.area[k])
                 tension = law.tension * area + (law.bond if area and law.bond_moment is None else 0.0)
                 cohesion = None if law.cohesion is None else law.cohesion * area
@@ -201,6 +201,12 @@ def test_the_last_law_that_fits_counts():
         [False, False, True],
     ]
     assert last_law(asm.with_(joints=laws[1:]), faces) == [None, laws[1], laws[2]]
+
+
+def test_the_friction_of_a_law_ends_where_a_later_law_without_one_fits():
+    """The laws beside "the last one": friction .3 by the first, and the assembly's .6 where the others count."""
+    asm, faces = joints(LAWS["the last one"], friction=0.6)
+    assert joint_friction(asm, faces).tolist() == [0.3, 0.6, 0.6]
 
 
 def test_the_friction_of_interfaces_counts_before_that_of_laws():

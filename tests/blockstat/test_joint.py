@@ -170,3 +170,13 @@ def test_a_law_of_a_group_is_not_one_of_groups_whose_names_begin_alike():
     asm = assembly(blocks, joints=[JointLaw(("ground", "wall"), tension=1.0)])
     ((_, rows),) = laws_of(asm, find_interfaces(asm))
     assert rows.tolist() == [True, False, True]
+
+
+def test_a_later_law_without_a_friction_has_that_of_the_assembly(tmp_path):
+    """A slab that slides: at .9 by the law of all joints, at .5 where the law of its group counts, as in its file."""
+    blocks = [box((-2, -2, -1), (3, 3, 0), name="ground"), box((0, 0, 0), (1, 1, 0.2), name="slab", group="wall.a")]
+    every, own = JointLaw(("*", "*"), friction=0.9), JointLaw(("wall", "*"), compression=5e6)
+    for laws, friction in (([every], 0.9), ([every, own], 0.5), ([own, every], 0.9)):
+        asm = assembly(blocks, friction=0.5, joints=laws)
+        for found in (asm, read(write(asm, tmp_path / "slab.json"))):
+            assert limit_load(found, (1, 0, 0)).lower == pytest.approx(friction, rel=2e-4)

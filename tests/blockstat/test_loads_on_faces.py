@@ -15,6 +15,8 @@ from blockstat import (
     fluid_pressure,
     limit_load,
     line_load,
+    load_cases,
+    moving_load,
     patch_load,
     surface_load,
 )
@@ -183,11 +185,12 @@ def test_fill_around_a_post_lies_on_what_it_stands_on_and_on_the_post():
 def test_numbers_of_a_fluid_are_checked_by_name(name, values):
     asm = wall()
     given = {"level": 2.0, "unit_weight": 7.0, "towards": (-1, 0, 0)}
+    words = {"unit_weight": "above 0( and finite)?", "level": "a finite number"}
     for value in values:
-        allowed = "above 0( and finite)?" if name == "unit_weight" else "a finite number"
+        allowed = words.get(name, "a number of at least 0")
         with pytest.raises(InputError, match=rf"^{name} is .*; it must be {allowed}$"):
             fluid_pressure(asm, **(given | {name: value}))
-    assert fluid_pressure(asm, **given, coefficient=-1.0, surcharge=-2.0).any()
+    assert fluid_pressure(asm, **given, coefficient=0.5, surcharge=0.0).any()
 
 
 @pytest.mark.parametrize("gravity", [TILTED, np.array([0.0, 0.0, -9.81])])
@@ -510,3 +513,82 @@ def test_a_spread_load_stays_below_where_it_acts():
     load = dispersed_load(asm, (2.4, 0.5, 0.9), 1000.0, spread=2.0)
     assert load[:, 2] == pytest.approx([0.0, -1000.0, 0.0])
     assert limit_load(asm, load).lower == pytest.approx((14715 * 0.5 + 4905 * 0.25) / 500, rel=1e-4)
+
+
+def quay(*, bridged: bool) -> Assembly:
+    """A pier, and beside it a slab on a narrow post; fill of 1 m over the pier, and a footbridge 3 m higher."""
+    blocks = [
+        box((-1, -1, -3), (5, 2, -2), name="ground"),
+        box((0, 0, -2), (2, 1, 0), name="pier"),
+        box((2.65, 0.3, -2), (2.95, 0.7, -0.3), name="post"),
+        box((2.05, 0, -0.3), (3.55, 1, 0), name="slab"),
+    ]
+    if bridged:
+        for x, y in ((0.5, -0.5), (3.5, -0.5), (0.5, 1.1), (3.5, 1.1)):
+            blocks.append(box((x, y, -2), (x + 0.5, y + 0.4, 4), name=f"leg {x:g} {y:g}"))
+        blocks.append(box((0.5, -0.5, 4), (4, 1.5, 4.2), name="deck"))
+    return Assembly.from_blocks(blocks, supports=["ground"], density=2200.0, friction=0.7)
+
+
+@pytest.mark.parametrize("bridged", [False, True])
+def test_a_load_under_a_footbridge_spreads_as_without_it(bridged):
+    """A wheel of .3 x .3 m at 1 m over the pier covers 1.3 m: .9 m of the pier and .35 m of the slab, which bears .28.
+
+    The slab, 1.5 x 1 x .3 m, tips about the edge of its post, at .15 m from its middle and .425 m from the load.
+    """
+    assembly = quay(bridged=bridged)
+    load = dispersed_load(assembly, (1.75, 0.5, 1.0), 10e3, spread=0.5, footprint=(0.3, 0.3))
+    slab = assembly.names.index("slab")
+    np.testing.assert_allclose(load[slab, 2], -2800.0)
+    assert load[:, 2].sum() == pytest.approx(-10e3)
+    limit = limit_load(assembly, load)
+    expected = 1.5 * 0.3 * 2200 * 9.81 * 0.15 / (2800 * 0.425)
+    assert expected == pytest.approx(1.22419, abs=1e-5)
+    assert limit.lower == pytest.approx(expected, rel=2e-4)
+    wheels = moving_load(
+        assembly, [(0, 10e3)], [(1.75, 0.5, 1.0), (1.8, 0.5, 1.0)], positions=2, spread=0.5, footprint=(0.3, 0.3)
+    )
+    np.testing.assert_allclose(wheels.lower[0], expected, rtol=2e-4)
+
+
+def test_a_wheel_that_has_nothing_but_a_footbridge_over_it_presses_on_nothing():
+    """Past the slab, at x = 3.7 m, lies the deck at 4.2 m alone; the ground is fixed and carries no load."""
+    assembly = quay(bridged=True)
+    with pytest.raises(InputError, match=r"no free face of these blocks lies below the point \[3\.7, 0\.5, 1\.0\]"):
+        dispersed_load(assembly, (3.7, 0.5, 1.0), 10e3, spread=0.5, footprint=(0.3, 0.3))
+    options = {"positions": 2, "spread": 0.5, "footprint": (0.3, 0.3)}
+    there = moving_load(assembly, [(0, 10e3), (0.1, 10e3)], [(1.75, 0.5, 1.0), (3.7, 0.5, 1.0)], **options)
+    alone = moving_load(quay(bridged=False), [(0, 10e3), (0.1, 10e3)], [(1.75, 0.5, 1.0), (3.7, 0.5, 1.0)], **options)
+    np.testing.assert_allclose(there.lower, alone.lower, rtol=1e-6)
+
+
+@pytest.mark.parametrize("side", [6.0, 1e4])
+def test_a_face_just_above_a_load_carries_none_of_it_however_large_the_ground_is(side):
+    """A slab 5 mm higher than the load, beside the one that it stands on, is above it whatever the ground measures."""
+    blocks = [
+        box((-side, -side, -side), (side, side, 0), name="ground"),
+        box((0, 0, 0), (1, 1, 0.3), name="low"),
+        box((1, 0, 0), (2, 1, 0.305), name="high"),
+    ]
+    assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    load = dispersed_load(assembly, (0.9, 0.5, 0.3), 1e3, spread=0.5, footprint=(0.4, 0.4))
+    np.testing.assert_allclose(load[:, 2], (0, -1e3, 0))
+
+
+@pytest.mark.parametrize(("key", "value"), [("coefficient", -0.3), ("surcharge", -5000.0)])
+def test_earth_does_not_pull(key, value):
+    """A pressure presses on what it touches: its coefficient and its surcharge are at least 0."""
+    asm = Assembly.from_blocks([box((0, 0, 0), (1, 1, 3), name="wall")])
+    with pytest.raises(InputError, match=f"^{key} is {value}; it must be a number of at least 0$"):
+        fluid_pressure(asm, 2.0, 18000.0, (-1, 0, 0), **{key: value})
+    table = {"kind": "pressure", "level": 2.0, "unit_weight": 18000.0, "towards": [-1, 0, 0], key: value}
+    with pytest.raises(InputError, match=f"^loads.earth: {key} is {value}; it must be a number of at least 0$"):
+        load_cases(asm, {"earth": table}, {"all": {"factors": {"earth": 1.0}}})
+
+
+def test_earth_without_pressure_or_surcharge_presses_by_the_rest():
+    """K (gamma h^2 / 2 + q h) a metre: nothing at K = 0, and 18 x 4 / 2 kN at q = 0."""
+    asm = Assembly.from_blocks([box((0, 0, 0), (1, 1, 3), name="wall")])
+    nothing = fluid_pressure(asm, 2.0, 18000.0, (-1, 0, 0), coefficient=0.0, surcharge=5000.0)
+    np.testing.assert_array_equal(nothing, np.zeros((1, 6)))
+    assert fluid_pressure(asm, 2.0, 18000.0, (-1, 0, 0), surcharge=0.0)[0, 0] == pytest.approx(36000.0)

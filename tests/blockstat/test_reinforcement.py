@@ -241,3 +241,23 @@ def test_a_tendon_may_be_anchored_in_the_ground_beside_a_support():
 def test_a_plate_has_an_extent_and_a_direction(bad):
     with pytest.raises(InputError, match=r"^plate: (sides are .*two numbers|thickness is .*it must be) above 0"):
         anchor_plate((0, 0, 2), **{"outward": (-1, 0, 0), "sides": (0.4, 0.6)} | bad)
+
+
+@pytest.mark.parametrize("slab", [(20, 1), (200, 1), (500, 20)])
+def test_the_least_force_of_a_tie_does_not_depend_on_what_the_ground_weighs(slab):
+    """A pot of .05 x .05 x .1 m on a cube of 2 m, pushed at its top by .75 W, tips over its edge x = 0 but for a tie.
+
+    About the edge the push turns by .75 W .1 and the weight back by W .025; a tie from its top to (1, .025, 2), in the
+    direction d, holds with d_x .1 + d_z .025 a newton: 2.404 N, whether the slab below weighs 31 MN or 392 GN.
+    """
+    side, depth = slab
+    ground = box((-side, -side, -depth), (side, side, 0), name="ground")
+    blocks = [ground, box((0, 0, 0), (2, 2, 2), name="cube"), box((0, 0, 2), (0.05, 0.05, 2.1), name="pot")]
+    tie = Tie(("cube", "pot"), ((1, 0.025, 2), (0.025, 0.025, 2.1)))
+    tied = assembly(blocks, density=2000.0, friction=0.7, ties=[tie], gravity=(0, 0, -9.81))
+    weight = 0.05 * 0.05 * 0.1 * 2000 * 9.81
+    found = tie_range(tied, loads=point_load(tied, "pot", (0, 0.025, 2.1), (-0.75 * weight, 0, 0)))
+    away, down = np.array([0.975, 0.1]) / np.hypot(0.975, 0.1)
+    needed = weight * (0.75 * 0.1 - 0.025) / (away * 0.1 + down * 0.025)
+    assert needed == pytest.approx(2.404, abs=1e-3)
+    assert found.least == pytest.approx(needed, rel=1e-5)

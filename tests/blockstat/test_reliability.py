@@ -693,7 +693,10 @@ def test_blocks_that_overlap_as_drawn_are_refused(tmp_path):
             {"density.*": Random("normal", 1, 1, "joint")},
             'uncertain "density.*": each is "joint"; it belongs to blocks',
         ),
-        ({"friction": Random("normal", 1, 1)}, 'uncertain "friction": joint laws have their own friction'),
+        (
+            {"friction": Random("normal", 1, 1)},
+            'uncertain "friction": joints keep a friction of their own, by the joint law between',
+        ),
     ],
 )
 def test_variables_that_have_no_such_parts_or_laws_are_refused(uncertain, message):
@@ -813,7 +816,9 @@ def test_draws_about_a_point_have_a_file_of_their_own(tmp_path):
 def test_friction_is_not_random_where_interfaces_have_their_own(each):
     joints = find_interfaces(FLAT)
     own = replace(joints, friction=np.full(joints.n_interfaces, 0.6))
-    with pytest.raises(InputError, match='uncertain "friction": the interfaces have their own friction'):
+    with pytest.raises(
+        InputError, match='uncertain "friction": joints keep a friction of their own, which the interfaces give'
+    ):
         reliability(FLAT, {"friction": Random("normal", 0.3, 0.1, each)}, interfaces=own, load=SIDE, draws=3)
     assert reliability(FLAT, {"push": Random("uniform", 0.5, 0.59)}, interfaces=own, load=SIDE, draws=3).failures == 0
 

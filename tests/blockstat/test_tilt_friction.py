@@ -97,13 +97,15 @@ def slab_on_a_slope(*laws):
 def test_joints_whose_law_has_a_friction_keep_it_and_that_is_said():
     found = friction_limit(slab_on_a_slope(JointLaw(("ground", "other"), friction=0.9)))
     assert found.value == pytest.approx(math.tan(0.3), abs=2e-6)
-    assert found.warnings == ("1 of 2 joints keep a friction of their own",)
+    assert found.warnings == (
+        '1 of 2 joints keep a friction of their own, by the joint law between "ground" and "other"',
+    )
     assert "Warning: 1 of 2 joints keep" in found.explain()
     assert not friction_limit(slab_on_a_slope()).warnings
 
 
 def test_friction_is_not_asked_for_where_no_joint_takes_it():
-    with pytest.raises(InputError, match="all joints have a friction of their own"):
+    with pytest.raises(InputError, match="all joints keep a friction of their own"):
         friction_limit(slab_on_a_slope(JointLaw(("*", "*"), friction=0.5)))
 
 

@@ -77,3 +77,13 @@ def test_frictions_that_no_products_make_are_refused():
     asm = assembly(blocks, friction=0.5, joints=[ice("left", "right")])
     with pytest.raises(InputError, match="none fit all joint laws"):
         block_friction(asm, find_interfaces(asm))
+
+
+def test_a_later_law_without_a_friction_has_that_of_the_assembly_in_both_engines():
+    """At 3 m/s2 beside a friction of .2 x 9.81 the slab slides, whatever the friction .9 of the law before is."""
+    laws = [JointLaw(("*", "*"), friction=0.9), JointLaw(("slab", "*"), cells=2)]
+    blocks = [box((-5, -5, -1), (5, 5, 0), group="ground"), box((0, 0, 0), (1, 1, 0.3), group="slab")]
+    asm = assembly(blocks, friction=0.2, gravity=(3.0, 0, -9.81), joints=laws)
+    assert (assess(asm).outcome.word, verify(asm).outcome.word) == ("unstable", "falls")
+    first = asm.with_(joints=laws[:1])
+    assert (assess(first).outcome.word, verify(first).outcome.word) == ("stable", "stands")

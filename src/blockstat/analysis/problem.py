@@ -16,7 +16,7 @@ from blockstat.certificate.interior_motions import expansions
 from blockstat.contact.cells import refine
 from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
 from blockstat.contact.overlap.penetration import check_copies, check_overlaps
-from blockstat.contact.point_law import joint_friction, last_law, point_law
+from blockstat.contact.point_law import joint_friction, keeps_friction, kept_friction, last_law, point_law
 from blockstat.contact.tolerance import LOOSE, beyond, gap_words
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
@@ -289,6 +289,7 @@ def pose(
             warnings += check_overlaps(assembly, gap=gap, near=near)
             interfaces = find_interfaces(assembly, gap=gap, near=near)
         given = interfaces
+        warnings += _unheeded(assembly, given) if friction is not None else []
         if assembly.joints:
             if interfaces.share is None:
                 undivided, interfaces = interfaces, _divided(assembly, interfaces)
@@ -312,6 +313,13 @@ def pose(
         assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, ties=ties,
         undivided=undivided, given=given,
     )  # fmt: skip
+
+
+def _unheeded(assembly: Assembly, interfaces: Interfaces) -> list[str]:
+    """What is said where joints have another friction than the one asked for, which the assembly has."""
+    kept = keeps_friction(assembly, interfaces) & (joint_friction(assembly, interfaces) != assembly.friction)
+    count = f"a friction of {assembly.friction:g} is asked for, and {kept.sum()} of {len(kept)} joints"
+    return [f"{count} {kept_friction(assembly, interfaces, kept)}"] if kept.any() else []
 
 
 def cases_of(problem: Problem, loads: Loads | None, imperfections: Imperfections) -> Iterator[Realisation]:

@@ -15,7 +15,7 @@ from blockstat.analysis.limit_load import DILATES, LoadOutcome, limit_load
 from blockstat.analysis.problem import Problem, cases_of, gap_warnings, pose
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.contact.point_law import joint_friction, least_friction
+from blockstat.contact.point_law import keeps_friction, kept_friction, least_friction
 from blockstat.errors import InputError, check_choice, check_positive, known_options
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.loads import Loads, WeightedLoads, acceleration
@@ -403,14 +403,17 @@ def friction_limit(
     check_choice("flow", flow, FLOWS)
     check_positive("top", top)
     check_positive("width", width, least=LEAST_WIDTH)
-    posed = pose(assembly, friction=top, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
+    posed = pose(
+        assembly.with_(friction=top), friction=None, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces
+    )
     shared, told = posed.given, _friction_of_laws(assembly, posed.interfaces)
     least = least_friction(assembly)
     mixed = any(law.cohesion and (law.tension or law.bond) for law in assembly.joints)
     told += [MIXED] if mixed else []
 
     def judge(mu: float, kinds: Sequence[tuple[float, float]] = FAMILY) -> Answer:
-        problem = pose(assembly, friction=mu, gravity=gravity, loads=loads, gap=gap, interfaces=shared)
+        varied = assembly.with_(friction=mu)
+        problem = pose(varied, friction=None, gravity=gravity, loads=loads, gap=gap, interfaces=shared)
         found = judged(problem, loads=loads, solver=solver, flow=flow, reserve=False, kinds=kinds)
         return found.outcome, found.score
 
@@ -432,14 +435,13 @@ def friction_limit(
 
 def _friction_of_laws(assembly: Assembly, interfaces: Interfaces) -> list[str]:
     """What is said where joints have a friction of their own, which does not vary; refused where all have."""
-    one, other = (joint_friction(assembly.with_(friction=friction), interfaces) for friction in (0.5, 1.0))
-    kept = int((one == other).sum())
-    if kept and kept == interfaces.n_interfaces:
-        raise InputError(
-            f'"{assembly.name}": all joints have a friction of their own, by "joints" or with the contacts; '
-            "leave it out where friction is asked for"
-        )
-    return [f"{kept} of {interfaces.n_interfaces} joints keep a friction of their own"] if kept else []
+    kept = keeps_friction(assembly, interfaces)
+    if not kept.any():
+        return []
+    words = kept_friction(assembly, interfaces, kept)
+    if kept.all():
+        raise InputError(f'"{assembly.name}": all joints {words}; leave it out where friction is asked for')
+    return [f"{kept.sum()} of {len(kept)} joints {words}"]
 
 
 def _rotate(vector: Floats, axis: Floats, angle: float) -> Floats:

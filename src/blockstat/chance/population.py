@@ -13,7 +13,7 @@ import numpy as np
 from blockstat.analysis.thrust import shared_joints
 from blockstat.chance.variables import OF_JOINTS, Random, as_strong_as, blocks_of, checked, random_variables
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.contact.point_law import least_friction
+from blockstat.contact.point_law import kept_by, least_friction
 from blockstat.errors import InputError
 from blockstat.imperfection.lost_edges import check_edges, without_edges
 from blockstat.loads import Loads, WeightedLoads, weighted
@@ -122,7 +122,7 @@ class Population:
         if "edge" in self.uncertain:
             check_edges('uncertain "edge"', self.interfaces)
         if "friction" in self.uncertain and self.interfaces.friction is not None:
-            raise InputError('uncertain "friction": the interfaces have their own friction')
+            raise InputError(f'uncertain "friction": joints {kept_by([])}; leave it out where friction is random')
         if empty := [part.key for part in self.parts if not part.count]:
             raise InputError(f'uncertain "{empty[0]}": the scene has nothing that it is a property of')
         if "corner" in self.uncertain and ("edge" in self.uncertain or self.assembly.joints) and self.interfaces.parts:

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from blockstat.assembly import check_supports
+from blockstat.contact.point_law import kept_by
 from blockstat.errors import HUGE, InputError, check_choice, known_options
 from blockstat.joint import fits
 from blockstat.loads import Loads
@@ -199,8 +200,9 @@ def checked(assembly: Assembly, uncertain: Mapping[str, Random], loads: Loads | 
         if key not in OF_JOINTS and variable.each == "joint":
             raise InputError(f'uncertain "{key}": each is "joint"; it belongs to blocks: all, group, course or block')
         if key in KEYS:
-            if key == "friction" and any(law.friction is not None for law in assembly.joints):
-                raise InputError('uncertain "friction": joint laws have their own friction')
+            own = [law for law in assembly.joints if law.friction is not None]
+            if key == "friction" and own:
+                raise InputError(f'uncertain "friction": joints {kept_by(own)}; leave it out where friction is random')
             continue
         if not is_random_key(key):
             raise InputError(f'uncertain "{key}"; keys are: {KNOWN_KEYS}')

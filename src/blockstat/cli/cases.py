@@ -23,6 +23,7 @@ from blockstat.cli.options import (
     inputs,
     numbers,
     print_json,
+    upright,
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.progress import at_work
@@ -39,7 +40,7 @@ LoadsFile = Annotated[
 
 
 def chosen_case(
-    assembly: Assembly, file: Path, case: str | None, loads: Path | None, *, gap: float | str, tilt: str | None = None
+    assembly: Assembly, file: Path, case: str | None, loads: Path | None, *, gap: float | str, tilt: str | None
 ) -> LoadCase | None:
     """Return the load case that the options ask for.
 
@@ -55,8 +56,8 @@ def chosen_case(
         Value of `--loads`.
     gap : float or str
         Tolerance of the joint search, as the analysis has it.
-    tilt : str, optional
-        Value of `--tilt`.
+    tilt : str or None
+        Value of `--tilt`, which `assembly` has: the weight rotates, and the loads are those of upright blocks.
 
     Returns
     -------
@@ -83,11 +84,11 @@ def chosen_case(
 
     tables = {} if loads is None else load_file(loads)
     try:
-        found = load_case(assembly, case, **tables, gap=gap)
+        found = load_case(upright(assembly, tilt), case, **tables, gap=gap)
     except InputError as error:
         raise located(loads or file, error) from None
     _warn_of_tilt(tilt, found)
-    return found
+    return found if tilt is None else found.under_gravity_of(assembly)
 
 
 def doubt_loads(cases: Iterable[str] | None, file: Path, *, chosen: bool = True, listed: bool = False) -> None:
@@ -193,10 +194,9 @@ def cases_command(
     """Table of all load cases: the verdict under each, and the multiplier of its live loads."""
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
-    cases = all_cases(assembly, file, loads, gap=near)
+    cases = all_cases(assembly, file, loads, gap=near, tilt=tilt)
     if not cases:
         raise InputError(f"{loads or file}: there are no load cases; write them as [cases.NAME]")
-    _warn_of_tilt(tilt, *cases.values())
     head = {"file": str(file), **inputs(assembly, units=units, gap=near)}
     rows = list[dict[str, Any]]()
     try:
@@ -250,7 +250,9 @@ def case_warnings(rows: Iterable[dict[str, Any]]) -> list[str]:
     ]
 
 
-def all_cases(assembly: Assembly, file: Path, loads: Path | None, *, gap: float | str) -> dict[str, LoadCase]:
+def all_cases(
+    assembly: Assembly, file: Path, loads: Path | None, *, gap: float | str, tilt: str | None
+) -> dict[str, LoadCase]:
     """Return all load cases of a scene, or of `--loads`.
 
     Parameters
@@ -263,6 +265,8 @@ def all_cases(assembly: Assembly, file: Path, loads: Path | None, *, gap: float 
         Value of `--loads`.
     gap : float or str
         Tolerance of the joint search, as the analysis has it.
+    tilt : str or None
+        Value of `--tilt`, as in `chosen_case`.
 
     Returns
     -------
@@ -273,15 +277,22 @@ def all_cases(assembly: Assembly, file: Path, loads: Path | None, *, gap: float 
     ------
     InputError
         With file, line and key, for a load or a case that cannot be used.
+
+    Warns
+    -----
+    InputWarning
+        With a tilt, that the loads do not tilt.
     """
     from blockstat.loading.cases import load_cases
     from blockstat.spec.files import load_file, located
 
     tables = {} if loads is None else load_file(loads)
     try:
-        return load_cases(assembly, **tables, gap=gap)
+        found = load_cases(upright(assembly, tilt), **tables, gap=gap)
     except InputError as error:
         raise located(loads or file, error) from None
+    _warn_of_tilt(tilt, *found.values())
+    return found if tilt is None else {name: case.under_gravity_of(assembly) for name, case in found.items()}
 
 
 def case_answers(assembly: Assembly, cases: dict[str, LoadCase], *, gap: float | str) -> Iterator[dict[str, Any]]:

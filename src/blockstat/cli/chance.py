@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -25,7 +25,6 @@ from blockstat.cli.options import (
     gap_of,
     inputs,
     numbers,
-    once,
     print_json,
     said,
 )
@@ -195,6 +194,27 @@ def _random(given: list[str]) -> dict[str, Random]:
         correlation = numbers(parts[4], 1, "--uncertain", FORM, given=text)[0] if len(parts) > 4 else 0.0
         found[key] = Random(parts[0], low, high, each, correlation)
     return found
+
+
+def once(found: Container[str], key: str, option: str) -> None:
+    """Raise InputError where an option has named a key before.
+
+    Parameters
+    ----------
+    found : container
+        The keys that have been read.
+    key : str
+        The key that is read now.
+    option : str
+        The option.
+
+    Raises
+    ------
+    InputError
+        Naming the key.
+    """
+    if key in found:
+        raise InputError(f"{option} gives {key or 'its value'} twice")
 
 
 def imperfections_of(given: list[str] | None) -> Imperfections | None:

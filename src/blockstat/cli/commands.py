@@ -30,14 +30,13 @@ from blockstat.cli.options import (
     gap_of,
     inputs,
     numbers,
-    picture_to_write,
     print_json,
     run_app,
     said,
     written,
 )
 from blockstat.cli.options import load as load_assembly
-from blockstat.cli.pictures import app_command, plot_command
+from blockstat.cli.pictures import app_command, picture_to_write, plot_command
 from blockstat.cli.places import keep_places
 from blockstat.cli.progress import at_work, shown_progress
 from blockstat.cli.sequence import sequence
@@ -323,7 +322,7 @@ def tilt_command(
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units, up=up)
     near = gap_of(gap)
     about = axis if "," not in axis else numbers(axis, 3, "--axis", "x, y, z or AX,AY,AZ")
-    acting = chosen_case(assembly, file, case, loads, gap=near)
+    acting = chosen_case(assembly, file, case, loads, gap=near, tilt=None)
     options: dict[str, Any] = {"loads": None if acting is None else acting.weighted_loads, "flow": flow, "gap": near}
     with at_work(f"tilting {assembly.n_blocks:,} blocks"):
         found = tilt_limit(assembly, about, imperfections=imperfections_of(imperfection), **options)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import warnings
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -19,20 +22,22 @@ from blockstat.cli.options import (
     Tilt,
     Units,
     Up,
-    doubt_movement,
     drawn,
     gap_of,
     inputs,
     lengths,
     numbers,
-    picture_to_write,
     print_json,
     said,
     written,
 )
 from blockstat.cli.options import load as load_assembly
+from blockstat.cli.pictures import picture_to_write
 from blockstat.cli.progress import at_work, shown_progress
-from blockstat.errors import InputError
+from blockstat.errors import InputError, InputWarning
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
 
 Ag = Annotated[float | None, typer.Option(help="Peak ground acceleration asked for at SLV, in units of g.")]
 Soil = Annotated[str | None, typer.Option(help="Category of the ground, A to E; A by default.")]
@@ -194,6 +199,29 @@ def settle_command(
         typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
         typer.echo(f"Further on. {path.explain()}" if path else f"Not followed further: {reason}.")
         written(files)
+
+
+def doubt_movement(assembly: Assembly, option: str, movement: Sequence[float]) -> None:
+    """Warn where supports are to move further than the blocks reach.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    option : str
+        Name of the option, for the warning.
+    movement : sequence of float, shape (3,)
+        The displacement [m].
+
+    Warns
+    -----
+    InputWarning
+        With what to type.
+    """
+    far, reach = math.hypot(*movement), float((assembly.vertices.max(axis=0) - assembly.vertices.min(axis=0)).max())
+    if far > reach:
+        text = f"{option} moves supports by {far:,.4g} m, and the blocks reach over {reach:,.4g} m"
+        warnings.warn(f'{text}; lengths are metres unless a unit follows, as in "10 mm"', InputWarning, stacklevel=2)
 
 
 def code_check_command(

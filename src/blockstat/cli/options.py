@@ -9,7 +9,7 @@ import os
 import sys
 import traceback
 import warnings
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -26,19 +26,22 @@ if TYPE_CHECKING:
 
 FileArgument = Annotated[Path, typer.Argument(help="Assembly (.json, .obj, .glb, .stl, .ply, directory) or scene.")]
 Friction = Annotated[
-    float | None, typer.Option(help="Coefficient of friction in place of the file's; inf for no sliding.")
+    float | None,
+    typer.Option(help="Coefficient of friction in place of the file's; joint laws keep their own. inf for no sliding."),
 ]
 Gravity = Annotated[str | None, typer.Option(metavar="GX,GY,GZ", help="Gravity vector in m/s2 in place of the file's.")]
 Tilt = Annotated[
     str | None,
     typer.Option(
         metavar="AXIS,DEGREES",
-        help="Rotate gravity about x, y or z, as if the ground tilted; loads of a case stay as they are.",
+        help="Rotate gravity about x, y or z, as if the ground tilted; levels and loads of a case stay as they are.",
     ),
 ]
 Supports = Annotated[
     str | None,
-    typer.Option(metavar="NAME,...", help="Names or numbers of blocks that cannot move; lowest for those at the bottom."),
+    typer.Option(
+        metavar="NAME,...", help="Names or numbers of blocks that cannot move; lowest for those at the bottom."
+    ),
 ]
 Units = Annotated[
     str | None, typer.Option(help="Of the coordinates in the file, converted to metres: m, dm, cm, mm, in or ft.")
@@ -63,6 +66,7 @@ _TOLD: dict[str, None] = {}  #: warnings about the input of the command that run
 #: What typer raises for arguments that it cannot read; it exports only this child of it.
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 PRINTING = ("typer", "click", "rich")  #: packages that print on standard output
+ROUNDING = 1e-14  #: a part of gravity below this share is what rotation there and back leaves of none
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -117,32 +121,6 @@ Film = Annotated[
         help="Write the motion: .glb (animation), or .png, .svg (strip).",
     ),
 ]
-
-
-def picture_to_write(path: Path | None) -> Path | None:
-    """Return the path that an option gives for a picture; a callback, as that of `file_to_write`.
-
-    Parameters
-    ----------
-    path : Path or None
-        The file.
-
-    Returns
-    -------
-    Path or None
-        The same.
-
-    Raises
-    ------
-    InputError
-        For a file that cannot be written, or a suffix that is no picture's.
-    """
-    if path is not None:
-        from blockstat.view.plot import fresh_figure
-
-        check_place(path)
-        fresh_figure(path)
-    return path
 
 
 def gap_of(text: str | None) -> float | str:
@@ -221,8 +199,9 @@ def load(
     assembly = read(path, supports=None if supports is None else supports.split(","), units=units, up=up)
     if stands:
         blaming(path, lambda: check_supports(assembly))
-    doubt(modified(assembly, friction=friction, gravity=None, tilt=None), path)
-    return modified(assembly, friction=friction, gravity=gravity, tilt=tilt)
+    assembly = modified(assembly, friction=friction, gravity=None, tilt=None)
+    doubt(assembly, path)
+    return modified(assembly, friction=None, gravity=gravity, tilt=tilt)
 
 
 def doubt(assembly: Assembly, path: Path) -> None:
@@ -269,36 +248,25 @@ def modified(assembly: Assembly, *, friction: float | None, gravity: str | None,
     ------
     InputError
         For an option that does not read as it must, a negative friction, or a gravity of zero.
+
+    Warns
+    -----
+    InputWarning
+        With another friction, where joint laws keep their own.
     """
     changes: dict[str, Any] = {}
     if friction is not None:
         changes["friction"] = friction
+        if own := [law for law in assembly.joints if law.friction not in (None, friction)]:
+            from blockstat.contact.point_law import kept_by
+
+            text = f'"{assembly.name}": --friction {friction:g} is asked for, and joints {kept_by(own)}'
+            warnings.warn(text, InputWarning, stacklevel=2)
     if gravity is not None:
         changes["gravity"] = numbers(gravity, 3, "--gravity", "GX,GY,GZ")
     if tilt is not None:
         changes["gravity"] = _tilted(changes.get("gravity", assembly.gravity), tilt)
     return assembly.with_(**changes) if changes else assembly
-
-
-def once(found: Container[str], key: str, option: str) -> None:
-    """Raise InputError where an option has named a key before.
-
-    Parameters
-    ----------
-    found : container
-        The keys that have been read.
-    key : str
-        The key that is read now.
-    option : str
-        The option.
-
-    Raises
-    ------
-    InputError
-        Naming the key.
-    """
-    if key in found:
-        raise InputError(f"{option} gives {key or 'its value'} twice")
 
 
 def numbers(text: str, count: int, option: str, form: str, *, given: str | None = None) -> list[float]:
@@ -377,30 +345,25 @@ def lengths(text: str, count: int, option: str, form: str, *, given: str | None 
     return [value * metres_in(unit or None) for value, unit in zip(values, units, strict=True)]
 
 
-def doubt_movement(assembly: Assembly, option: str, movement: Sequence[float]) -> None:
-    """Warn where supports are to move further than the blocks reach.
+def upright(assembly: Assembly, tilt: str | None) -> Assembly:
+    """Return an assembly under the gravity that it has without `--tilt`.
 
     Parameters
     ----------
     assembly : Assembly
-        The blocks.
-    option : str
-        Name of the option, for the warning.
-    movement : sequence of float, shape (3,)
-        The displacement [m].
+        As `load` returns it with this tilt.
+    tilt : str or None
+        Value of `--tilt`; None for no tilt.
 
-    Warns
-    -----
-    InputWarning
-        With what to type.
+    Returns
+    -------
+    Assembly
+        The same blocks.
     """
-    far, reach = math.hypot(*movement), float((assembly.vertices.max(axis=0) - assembly.vertices.min(axis=0)).max())
-    if far > reach:
-        text = f"{option} moves supports by {far:,.4g} m, and the blocks reach over {reach:,.4g} m"
-        warnings.warn(f'{text}; lengths are metres unless a unit follows, as in "10 mm"', InputWarning, stacklevel=2)
+    return assembly if tilt is None else assembly.with_(gravity=_tilted(assembly.gravity, tilt, back=True))
 
 
-def _tilted(gravity: Any, tilt: str) -> Any:
+def _tilted(gravity: Any, tilt: str, *, back: bool = False) -> Any:
     import numpy as np
     from scipy.spatial.transform import Rotation
 
@@ -411,7 +374,10 @@ def _tilted(gravity: Any, tilt: str) -> Any:
         angle = numbers(degrees, 1, "--tilt", "AXIS,DEGREES")[0]
     except InputError:
         raise InputError(f'--tilt is "{tilt}"; it must read AXIS,DEGREES with DEGREES a number') from None
-    return Rotation.from_rotvec(np.deg2rad(angle) * np.array(AXES[axis])).apply(np.array(gravity))
+    turn = Rotation.from_rotvec(np.deg2rad(-angle if back else angle) * np.array(AXES[axis]))
+    found = turn.apply(np.array(gravity))
+    # Upright again, up is an axis itself, and not one to rounding.
+    return np.where(np.abs(found) < ROUNDING * np.linalg.norm(found), 0.0, found) if back else found
 
 
 def inputs(assembly: Assembly, *, units: str | None = None, gap: float | str | None = None) -> dict[str, Any]:

@@ -25,7 +25,6 @@ from blockstat.cli.options import (
     check_place,
     gap_of,
     numbers,
-    picture_to_write,
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.errors import InputError
@@ -38,6 +37,32 @@ Reserve = Annotated[
     str | None,
     typer.Option(metavar="WHAT", help="What the limit hangs on most: edge, friction or corner; needs --load."),
 ]
+
+
+def picture_to_write(path: Path | None) -> Path | None:
+    """Return the path that an option gives for a picture; a callback, as that of `file_to_write`.
+
+    Parameters
+    ----------
+    path : Path or None
+        The file.
+
+    Returns
+    -------
+    Path or None
+        The same.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be written, or a suffix that is no picture's.
+    """
+    if path is not None:
+        from blockstat.view.plot import fresh_figure
+
+        check_place(path)
+        fresh_figure(path)
+    return path
 
 
 def app_command(

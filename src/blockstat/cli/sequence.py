@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from blockstat.cli.cases import doubt_loads
+from blockstat.cli.chance import once
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -25,7 +26,6 @@ from blockstat.cli.options import (
     gap_of,
     load,
     numbers,
-    once,
     print_json,
     written,
 )

@@ -319,10 +319,12 @@ def write_report(
     from blockstat.view.assessment import assess_fully, assessment_html
 
     near = GAP if gap is None else gap
-    cases = all_cases(assembly, file, loads, gap=near)
-    chosen = None if case is None else chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
+    cases = all_cases(assembly, file, loads, gap=near, tilt=tilt)
     if case is None:
         doubt_loads(cases, loads or file, listed=True)
+    elif case not in cases:
+        chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)  # which names those that there are
+    chosen = None if case is None else cases[case]
     with at_work("load cases") as say:
         rows = list(case_answers(assembly, cases, gap=near))
         answers = tuple(

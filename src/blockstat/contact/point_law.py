@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,14 +40,13 @@ def joint_friction(assembly: Assembly, interfaces: Interfaces) -> Floats:
     Returns
     -------
     array of float, shape (n_interfaces,)
-        Coefficients of friction.
+        Coefficients of friction; the assembly's where the last law that fits gives none.
     """
     if interfaces.friction is not None:
         return interfaces.friction
     friction = np.full(interfaces.n_interfaces, assembly.friction)
     for law, rows in laws_of(assembly, interfaces):
-        if law.friction is not None:
-            friction[rows] = law.friction
+        friction[rows] = assembly.friction if law.friction is None else law.friction
     return friction
 
 
@@ -93,6 +93,71 @@ def point_law(assembly: Assembly, interfaces: Interfaces) -> PointLaw:
     # Points that stand for no area, such as the ends of an edge beside a foot, bear any pressure where joints do.
     cap = np.where(np.isinf(compression[k]), np.inf, share * np.nan_to_num((compression + apex)[k], posinf=0.0))
     return PointLaw(friction[k], share * apex[k], share * floor[k], cap)
+
+
+def keeps_friction(assembly: Assembly, interfaces: Interfaces) -> np.ndarray:
+    """Return which joints have a friction of their own, whatever that of the assembly is.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Has the joint laws.
+    interfaces : Interfaces
+        The interfaces.
+
+    Returns
+    -------
+    array of bool, shape (n_interfaces,)
+        True where the interfaces say it, or else the last law that fits.
+    """
+    if interfaces.friction is not None:
+        return np.ones(interfaces.n_interfaces, dtype=bool)
+    return np.array([law is not None and law.friction is not None for law in last_law(assembly, interfaces)], bool)
+
+
+def kept_friction(assembly: Assembly, interfaces: Interfaces, rows: np.ndarray) -> str:
+    """Return what is said of joints for which a friction that is asked for does not count.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Has the joint laws.
+    interfaces : Interfaces
+        The interfaces.
+    rows : array of bool, shape (n_interfaces,)
+        Those joints, of `keeps_friction`.
+
+    Returns
+    -------
+    str
+        As of `kept_by`, with the laws that count for these joints.
+    """
+    if interfaces.friction is not None:
+        return kept_by([])
+    return kept_by(law for law, kept in zip(last_law(assembly, interfaces), rows, strict=True) if law and kept)
+
+
+def kept_by(laws: Iterable[JointLaw]) -> str:
+    """Return that joints keep a friction of their own, and whose it is.
+
+    Parameters
+    ----------
+    laws : iterable of JointLaw
+        Those that give it; none where the interfaces do.
+
+    Returns
+    -------
+    str
+        The groups of each law, once.
+
+    Examples
+    --------
+    >>> kept_by([JointLaw(("wall", "*"), friction=0.5)])
+    'keep a friction of their own, by the joint law between "wall" and "*"'
+    """
+    pairs = list(dict.fromkeys(f'"{one}" and "{two}"' for one, two in (law.between for law in laws)))
+    by = f"by the joint law{'s' if len(pairs) > 1 else ''} between {', between '.join(pairs)}"
+    return f"keep a friction of their own, {by if pairs else 'which the interfaces give'}"
 
 
 def least_friction(assembly: Assembly) -> float:

@@ -83,6 +83,36 @@ class LoadCase:
         """What the case combines: its description, and the loads with their factors."""
         return f"{self.description} ({self.combination})" if self.description else self.combination
 
+    def under_gravity_of(self, assembly: Assembly) -> LoadCase:
+        """Return the case with its factor on the weight under another gravity; all that acts beside stays as it is.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            The blocks with the gravity that counts, for which the case was made under another one.
+
+        Returns
+        -------
+        LoadCase
+            The same loads: heights are measured against the gravity under which the case was made.
+
+        Examples
+        --------
+        >>> from blockstat import Assembly, box, load_case
+        >>> cube = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))], density=1000.0)
+        >>> snow = {"kind": "point", "block": 0, "point": [0, 0, 1], "force": [0, 0, -50]}
+        >>> case = load_case(cube, "heavy", {"snow": snow}, {"heavy": {"factors": {"snow": 1}, "weight": 1.5}})
+        >>> turned = case.under_gravity_of(cube.with_(gravity=(-10, 0, 0)))
+        >>> case.permanent[0, :3].round(6).tolist(), turned.permanent[0, :3].round(6).tolist()
+        ([0.0, 0.0, -4955.0], [-5000.0, 0.0, -50.0])
+        """
+        own = self.weighted_permanent
+        permanent = own.beside + own.more_weight(assembly)
+        placed = self.placed_permanent
+        if placed is not None:
+            placed = placed.plus(at_centroids(assembly, permanent - self.permanent))
+        return replace(self, permanent=permanent, beside=own.beside, placed_permanent=placed)
+
 
 @known_options
 def load_cases(

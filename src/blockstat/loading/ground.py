@@ -70,7 +70,8 @@ def fluid_pressure(
     Raises
     ------
     InputError
-        Where no free face looks that way below the level, or for a bad number.
+        Where no free face looks that way below the level, or for a bad number: a coefficient or a surcharge below 0
+        would pull.
 
     Examples
     --------
@@ -126,8 +127,9 @@ def fluid_forces(
         As `fluid_pressure` does.
     """
     check_positive("unit_weight", unit_weight)
-    for name, value in (("level", level), ("coefficient", coefficient), ("surcharge", surcharge)):
-        check_number(name, value)
+    check_number("level", level)
+    for name, value in (("coefficient", coefficient), ("surcharge", surcharge)):
+        check_number(name, value, least=0)
     faces = facing(assembly, selected(assembly, blocks, group), three(towards, "towards"), interfaces)
     up = up_of(assembly)
     wet = [part for face in faces if (part := _below(face, up, level)).region.area > 0]
@@ -281,9 +283,9 @@ def dispersed_load(
 
     Notes
     -----
-    The rectangle has grown by twice spread x depth at the depth of the face below the point. There the pressure is even
-    over the plan. Where a part of the rectangle reaches beyond the faces, the rest carries all of the force. The fill
-    resists nothing.
+    The rectangle has grown by twice spread x depth at the depth of the next face below the point. There the pressure is
+    even over the plan. Where a part of the rectangle reaches beyond the faces, the rest carries all of the force. What
+    stands above the point carries none. The fill resists nothing.
 
     Examples
     --------
@@ -360,25 +362,47 @@ def dispersed(
     from shapely import box
 
     up = up_of(assembly)
-    depth = [place @ up - height for _, height in below(faces, place, up)]
-    if not depth or max(depth) < -ON * float(assembly.size.max()):
+    depth = depths(assembly, faces, place)
+    if not depth:
         raise InputError(f"no free face of these blocks lies below the point {place.tolist()}")
     loaded = numbers(footprint)
     if loaded.shape != (2,) or not np.isfinite(loaded).all():
         raise InputError(f"footprint is {footprint!r}; the two sides of the loaded area are needed, finite [m]")
-    sides = loaded + 2 * spread * max(min(depth), 0.0)
+    sides = loaded + 2 * spread * min(depth)
     if not (sides > 0).all():
         raise InputError(f"the load at {place.tolist()} has an area of {sides.tolist()} m below; both must be above 0")
     plan = _plan(up)
     flat = plan @ place
     rectangle = box(*(flat - sides / 2), *(flat + sides / 2))
     # What stands above the load carries none of it.
-    level = float(place @ up) + ON * float(assembly.size.max())
-    lower = [part for face in faces if (part := _below(face, up, level)).region.area > 0]
+    level = float(place @ up) + ON * assembly.size
+    lower = [part for face in faces if (part := _below(face, up, float(level[face.block]))).region.area > 0]
     parts = [part for face in lower if (part := _under(face, plan, up, rectangle)).region.area > 0]
     _check_single(assembly, parts)
     carried = sum(part.region.area * float(part.normal @ up) for part in parts)
     return integrated(assembly, parts, lambda _, normal: -(force / carried * (normal @ up))[:, None] * up)
+
+
+def depths(assembly: Assembly, faces: Sequence[Face], place: Floats) -> list[float]:
+    """Return how far below a point faces lie that are not above it.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    faces
+        Free faces that look up.
+    place
+        The point, shape (3,) [m].
+
+    Returns
+    -------
+    list of float
+        Depths of at least 0 [m]; a face at the height of the point, to rounding, is not above it. Empty where all are.
+    """
+    up = up_of(assembly)
+    found = [(face, float(place @ up) - height) for face, height in below(faces, place, up)]
+    return [max(depth, 0.0) for face, depth in found if depth >= -ON * float(assembly.size[face.block])]
 
 
 def below(faces: Sequence[Face], place: Floats, up: Floats, *, room: float = 0.0) -> list[tuple[Face, float]]:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 STEEL = 7850.0  #: [kg/m3]
-ROUNDING = 1e-9  #: a least force below this part of the weight is what a solver leaves of none
+ROUNDING = 1e-9  #: a least force below this part of what acts on the free blocks is what a solver leaves of none
 
 
 class TieOutcome(Sentence):
@@ -152,7 +152,8 @@ def tie_range(
     problem = with_overlaps(problem)
     low = extreme(problem, -functional, inside, solver)
     high = extreme(problem, functional, inside, solver)
-    least = -low.value if -low.value > ROUNDING * np.linalg.norm(problem.load[:, :3], axis=1).sum() else 0.0
+    acting = np.linalg.norm(problem.load[problem.assembly.free, :3], axis=1).sum()
+    least = -low.value if -low.value > ROUNDING * acting else 0.0
     return TieRange(
         tie=assembly.ties[tie],
         least=least,

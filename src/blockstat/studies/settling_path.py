@@ -223,7 +223,8 @@ def settle_to_collapse(
     assembly = assembly if friction is None else assembly.with_(friction=friction)
     dead, start = read_loads(assembly, loads), rest_pose(assembly)
     at_rest = dead.wrenches(assembly)
-    first = settle(assembly, moves, loads=at_rest, gap=gap, interfaces=interfaces, solver=solver)
+    options: dict[str, Any] = {"gap": gap, "interfaces": interfaces, "solver": solver}
+    first = settle(assembly, moves, friction=friction, loads=at_rest, **options)
     if reason := why_not_followed(first.assembly, first.interfaces):
         raise InputError(reason)
     first = replace(first, warnings=(*first.warnings, *moved_with_centroids(assembly, {"loads": loads})))

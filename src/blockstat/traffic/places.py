@@ -10,7 +10,7 @@ import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.loading.faces import ON, Face, up_of
-from blockstat.loading.ground import below, dispersed
+from blockstat.loading.ground import below, depths, dispersed
 from blockstat.loads import as_points
 from blockstat.typing import Floats, Ints
 
@@ -96,7 +96,7 @@ class Road:
 def road_along(
     assembly: Assembly, path: Sequence[Sequence[float]], faces: Sequence[Face], *, spread: float | None = None
 ) -> Road:
-    """Find the faces along a path, the highest where several lie above each other.
+    """Find the faces along a path, the highest where several lie above each other; with a spread, of those below it.
 
     Parameters
     ----------
@@ -139,6 +139,8 @@ def road_along(
     for a, b in zip(marks[:-1], marks[1:], strict=True):
         middle = np.array([np.interp((a + b) / 2, length, corners[:, k]) for k in range(3)])
         under = below(faces, middle, up)
+        if spread is not None:  # the path has heights, and what stands above it carries nothing
+            under = [(face, height) for face, height in under if height <= float(middle @ up) + room]
         if under:
             top = max(height for _, height in under)
             highest = [face for face, height in under if height >= top - room]
@@ -217,7 +219,7 @@ def train_loads(
                 continue
             if spread is None:
                 loads[k] += force * road.wheel(along, int(way), lane)
-            elif below(road.faces, road.point(along), up_of(road.assembly)):
+            elif depths(road.assembly, road.faces, road.point(along)):
                 loads[k] += dispersed(road.assembly, road.faces, road.point(along), force, spread, footprint).wrenches(
                     road.assembly
                 )

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from blockstat.cli.cases import Case, LoadsFile, chosen_case, doubt_loads, load_and_loads
+from blockstat.cli.displacement import doubt_movement
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -23,7 +24,6 @@ from blockstat.cli.options import (
     Units,
     Up,
     Version,
-    doubt_movement,
     drawn,
     file_to_write,
     gap_of,
@@ -132,6 +132,9 @@ def verify(
             raise InputError("--case goes with one file")
         assembly = read(files[0])
         acting = chosen_case(assembly, files[0], case, loads_file, gap=near, tilt=tilt)
+        if acting is not None and tilt_to is not None and acting.weight != 1:
+            factor = f'the factor {acting.weight:g} on it in case "{acting.name}" would not rotate'
+            raise InputError(f"--tilt-to {tilt_to} rotates the weight as drawn; {factor}")
         loads += as_loads(assembly, None if acting is None else acting.loads)
     actions = stiffness_of(inertia_scale, angular_stiffness)
     evaluate = partial(run, settings=settings, loads=loads, actions=actions, gap=near, engine=engine)
