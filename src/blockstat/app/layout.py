@@ -277,7 +277,7 @@ class Layout:
         with dialogue:
             text = why or "A mesh does not say which blocks cannot move. Leave the names empty if this one does."
             gui.add_html(f'<div style="margin:0 10px .6em">{escape(text)}</div>')
-            supports = gui.add_text("supports", "", hint="names of blocks that cannot move, separated by commas, or: lowest")
+            supports = gui.add_text("supports", "", hint="names of blocks that cannot move, or lowest")
             unit = gui.add_dropdown("units", tuple(UNITS), initial_value=units, hint="of the coordinates")
             first = up or ("y" if name.lower().endswith(".glb") else "z")
             axis = gui.add_dropdown("up", UP, initial_value=first, hint="what points up; y in GLB, unless said")
