@@ -118,7 +118,7 @@ class Assembly(Polyhedra):
             The blocks, at least one.
         supports : iterable of int or str, optional
             Numbers or names of the blocks that cannot move. "lowest" stands for all that reach down to the lowest
-            corner, along gravity and within a hundredth of their own extent, unless a block has that name.
+            corner, along gravity and within a hundredth of their own height, unless a block has that name.
         name : str, optional
             Name of the assembly.
         density : float, optional

@@ -340,10 +340,13 @@ def test_the_lowest_blocks_are_supports():
         return {asm.names[i] for i in np.flatnonzero(asm.support)}
 
     assert held(*piers, beam) == held(beam, *piers, supports=["lowest"]) == {"pier0", "pier4"}
-    # A pier of 3 x 1 x 1 m is 3.317 m across its corners: 33 mm higher is as low, 34 mm are not.
-    for rise, found in ((0.033, {"pier0", "pier4"}), (0.034, {"pier0"})):
+    # A pier of 3 m: 29 mm higher is as low, 31 mm are not.
+    for rise, found in ((0.029, {"pier0", "pier4"}), (0.031, {"pier0"})):
         raised = box((4, 0, rise), (5, 1, 3 + rise), name="pier4")
         assert held(piers[0], raised, beam) == found
+    # A long beam on thin pads is no support.
+    pads = [box((x, 0, 0), (x + 0.2, 0.3, 0.05), name=f"pad{x}") for x in (0, 5)]
+    assert held(*pads, box((0, 0, 0.05), (6, 0.3, 0.35), name="beam")) == {"pad0", "pad5"}
     # Gravity says what is down; along x, the pier at x = 0 and the end of the beam above it.
     assert held(*piers, beam, gravity=(-9.81, 0, 0)) == {"pier0", "beam"}
     assert held(*piers, beam, gravity=(0, 0, 9.81)) == {"beam"}

@@ -11,7 +11,7 @@ from blockstat import InputError, JointLaw, find_interfaces
 from dynsim import DynamicOutcome, Settings, World, verify
 from dynsim.engine.bullet import import_bullet
 from dynsim.engine.friction import block_friction
-from dynsim.engine.guards import EDGE, SWEEPS, check_overlap, check_rotations, iterations_for, thickness
+from dynsim.engine.guards import SWEEPS, check_overlap, check_rotations, iterations_for, thickness
 from evidence.scenes.small import assembly, box
 
 STANDS, FALLS = DynamicOutcome.STANDS, DynamicOutcome.FALLS
@@ -193,33 +193,40 @@ def test_blocks_may_begin_in_each_other_by_a_twentieth_of_their_size():
         check_overlap(scene, (1, 2), 0.0501)
 
 
-def needed(*blocks, part=1.0):
+def needed(*blocks, careful=False):
     asm = pile(*blocks)
-    return iterations_for(asm, find_interfaces(asm), part)
+    return iterations_for(asm, find_interfaces(asm), careful=careful)
 
 
 def test_sweeps_follow_the_ratio_of_a_mass_to_what_carries_it_and_the_joints_below():
-    assert needed(cube()) == 0  # a support carries anything
-    assert needed(cube(), cube(3, "apart", density=9.0)) == 0
-    # On one of its own, three times as heavy, with two joints down to the ground; on a column of four, with five.
-    assert needed(cube(), cube(1, "heavy", density=3.0)) == 3 * 2
-    assert needed(*(cube(k, f"c{k}") for k in range(4)), cube(4, "heavy", density=3.0)) == 3 * 5
-    # What stands on a heavy block does not carry it; that one carries a ninth of its own mass, two joints up.
-    assert needed(cube(0, "heavy", density=9.0), cube(1, "light")) == np.ceil(2 / 9)
+    for careful in (False, True):
+        assert needed(cube(), careful=careful) == 0  # a support carries anything
+        assert needed(cube(), cube(3, "apart", density=9.0), careful=careful) == 0
+        # On one of its own, three times as heavy, with two joints down to the ground.
+        assert needed(cube(), cube(1, "heavy", density=3.0), careful=careful) == 3 * 2
+        # What stands on a heavy block does not carry it; that one carries a ninth of its own mass, two joints up.
+        assert needed(cube(0, "heavy", density=9.0), cube(1, "light"), careful=careful) == np.ceil(2 / 9)
+    # On a column of four, with five joints.
+    column = [*(cube(k, f"c{k}") for k in range(4)), cube(4, "heavy", density=3.0)]
+    assert needed(*column) == 3 * SWEEPS
+    assert needed(*column, careful=True) == 3 * 5
     # Four legs share it; where it tips it rests on two of them.
     legs = [box((x, y, 0), (x + 1, y + 1, 1), name=f"leg{x}{y}") for x in (0, 3) for y in (0, 3)]
     table = box((0, 0, 1), (4, 4, 2), name="table", density=2.0)
-    assert needed(*legs, table) == 32 / 4 * 2
-    assert needed(*legs, table, part=EDGE) == 32 / 2 * 2
-    # Of three in a row, the last alone; a leg that is a support carries anything.
+    assert needed(*legs, table) == 32 / 4 * SWEEPS
+    assert needed(*legs, table, careful=True) == 32 / 2 * 2
+    # Of three in a row, the last alone.
     row = [box((x, 0, 0), (x + 1, 1, 1), name=f"leg{x}") for x in (0, 2, 4)]
     beam = box((0, 0, 1), (5, 1, 2), name="beam", density=3.0)
-    assert needed(*row, beam) == 15 / 3 * 2
-    assert needed(*row, beam, part=EDGE) == 15 * 2
+    assert needed(*row, beam) == 15 / 3 * SWEEPS
+    assert needed(*row, beam, careful=True) == 15 * 2
     # Two small blocks beside a heavy one on the ground can be pushed: sweeps for the ratio to both of one side.
     heavy = box((0, 0, 0), (2, 2, 1), name="heavy", density=5.0)
     beside = [box((2, y, 0), (3, y + 1, 1), name=f"side{y}") for y in (0, 1)]
     assert needed(heavy, *beside) == 20 / 2 * SWEEPS
+    # Never more than for the largest ratio that is allowed.
+    tower = [*(cube(k, f"c{k}") for k in range(9)), cube(9, "lead", density=9e3)]
+    assert needed(*tower, careful=True) == 2e4
 
 
 def test_a_floor_on_many_bricks_needs_few_sweeps_and_keeps_its_limits():
@@ -232,9 +239,9 @@ def test_a_floor_on_many_bricks_needs_few_sweeps_and_keeps_its_limits():
     plate = box((0, 0, 0.8), (2, 2.25, 0.95), name="plate", density=30 * mass / (2 * 2.25 * 0.15))
     asm = pile(*bricks, plate, friction=0.6)
     joints = find_interfaces(asm)
-    # On eight bricks, five joints above the ground; at the end of a row of four, on the last two of both walls.
-    assert iterations_for(asm, joints) == np.ceil(30 / 8 * 5)
-    assert iterations_for(asm, joints, EDGE) == np.ceil(30 / 2 * 5)
+    # On eight bricks; at the end of a row of four, on the last of both walls, five joints above the ground.
+    assert iterations_for(asm, joints) == np.ceil(30 / 8 * SWEEPS)
+    assert iterations_for(asm, joints, careful=True) == np.ceil(30 / 2 * 5)
     for factor, outcome in ((0.97, STANDS), (1.03, FALLS)):
         slope = np.arctan(factor * 0.6)
         leaning = asm.with_(gravity=9.81 * np.array([np.sin(slope), 0, -np.cos(slope)]))

@@ -18,7 +18,7 @@ from blockstat.typing import Floats, Ints
 #: A face that is narrower than this share of the size of its block may have a normal of rounding, and is then taken to
 #: lie in the plane of a neighbour.
 NARROW = 1e-6
-#: Of two levels that differ by no more than this fraction of a block, neither is lower.
+#: Of two levels that differ by no more than this fraction of the height of a block, neither is lower.
 LEVEL = 0.01
 
 
@@ -444,9 +444,8 @@ def reach_down(vertices: Floats, start: Ints, gravity: Floats) -> np.ndarray:
     Returns
     -------
     array of bool, shape (n_blocks,)
-        True for those whose lowest corner is no higher than that of all by more than `LEVEL` of their own extent.
+        True for those whose lowest corner is no higher than that of all by more than `LEVEL` of their own height.
     """
     up = -gravity / np.linalg.norm(gravity)
-    bottom = np.minimum.reduceat(vertices @ up, start[:-1])
-    lower, upper = (own.reduceat(vertices, start[:-1]) for own in (np.minimum, np.maximum))
-    return bottom <= bottom.min() + LEVEL * np.linalg.norm(upper - lower, axis=1)
+    bottom, top = (own.reduceat(vertices @ up, start[:-1]) for own in (np.minimum, np.maximum))
+    return bottom <= bottom.min() + LEVEL * (top - bottom)

@@ -11,6 +11,7 @@ from math import ceil
 import numpy as np
 
 from blockstat.assembly import Assembly, check_supports
+from blockstat.contact.faces import frames
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats
@@ -20,7 +21,7 @@ SIZES = 100.0
 #: Largest ratio of the mass of a block to that of the free ones that carry it: limits with so many iterations as
 #: `iterations_for` asks for were tried up to it.
 MASSES = 10_000.0
-#: Iterations of the contact solver for each time that a block is heavier than those beside it.
+#: Iterations of the contact solver for each time that a block is heavier than those that carry it.
 SWEEPS = 2.0
 #: A block that is about to tip or to slide rests on the outermost of those that carry it: on this part of their width.
 EDGE = 0.25
@@ -128,15 +129,15 @@ def joints_to_support(assembly: Assembly, interfaces: Interfaces) -> Floats:
     return np.where(np.isfinite(far), far, 0.0)
 
 
-def iterations_for(assembly: Assembly, interfaces: Interfaces, part: float = 1.0) -> int:
+def iterations_for(assembly: Assembly, interfaces: Interfaces, *, careful: bool = False) -> int:
     """Return the iterations that the contact solver needs for blocks on much lighter ones.
 
     A sweep moves each light block until it carries its own share, so what is left of an error shrinks by one part in
-    the ratio of the heavy mass to all that carry it. Where those stand on others, the force on them goes down step by
-    step, and each step passes on as much less as there are steps: the ratio is multiplied by the number of joints down
-    to a support. Blocks that are beside a heavy one hold it the better the more of them there are, too; `SWEEPS`
-    sweeps for each part of the ratio are enough for them. With so many, blocks on lighter ones tip and slide within 3 %
-    of their limits (docs/dynamics.md).
+    the ratio of the heavy mass to all that carry it: `SWEEPS` sweeps for each part are enough for blocks that stand.
+    What is about to move rests on the outermost of those alone. And where they stand on others, the force goes down
+    step by step, and each step passes on as much less as there are steps: the ratio is multiplied by the number of
+    joints down to a support. With so many sweeps, blocks on lighter ones tip and slide within 3 % of their limits
+    (docs/dynamics.md). With fewer they move too early.
 
     Parameters
     ----------
@@ -144,13 +145,13 @@ def iterations_for(assembly: Assembly, interfaces: Interfaces, part: float = 1.0
         The blocks.
     interfaces : Interfaces
         Joints of the assembly.
-    part : float, optional
-        Of the width of what carries a block, the outermost part that does: 1 for all; `EDGE` where it is about to move.
+    careful : bool, optional
+        Whether they are for blocks that are about to move, not for such as stand.
 
     Returns
     -------
     int
-        For the block that needs most; 0 where no free block is carried by free ones.
+        For the block that needs most, at most `SWEEPS` times `MASSES`; 0 where no free block is carried by free ones.
 
     Raises
     ------
@@ -164,13 +165,14 @@ def iterations_for(assembly: Assembly, interfaces: Interfaces, part: float = 1.0
     place = np.concatenate([place, place])
     up = -assembly.gravity / np.linalg.norm(assembly.gravity)
     angle = np.arange(8)[:, None] * np.pi / 4
-    around = np.hstack([np.cos(angle), np.sin(angle)]) @ _across(up)
-    depth = joints_to_support(assembly, interfaces)
+    around = np.hstack([np.cos(angle), np.sin(angle)]) @ frames(up[None])[0, 1:]
+    beside = np.full(n, SWEEPS)
+    down = np.maximum(joints_to_support(assembly, interfaces), beside) if careful else beside
     most = 0.0
-    for direction, times in ((up, depth), *((side, np.full(n, SWEEPS)) for side in around)):
+    for direction, times in ((up, down), *((side, beside) for side in around)):
         on = np.flatnonzero((push @ direction > ALONG) & ~assembly.support[heavy])
         _, first = np.unique(heavy[on] * n + light[on], return_index=True)  # a pair may touch in several places
-        on, plane = on[first], _across(direction)
+        on, plane = on[first], frames(direction[None])[0, 1:]
         least = np.full(n, np.inf)
         np.minimum.at(least, heavy[on], mass[light[on]])
         at_most = times * assembly.mass / least
@@ -178,7 +180,7 @@ def iterations_for(assembly: Assembly, interfaces: Interfaces, part: float = 1.0
             if at_most[block] <= most:
                 break
             own = on[heavy[on] == block]
-            ratio = assembly.mass[block] / _least_mass(mass[light[own]], place[own] @ plane.T, part)
+            ratio = assembly.mass[block] / _least_mass(mass[light[own]], place[own] @ plane.T, EDGE if careful else 1.0)
             if ratio > MASSES * (1 + 1e-9):
                 lightest = light[own[np.argmin(mass[light[own]])]]
                 raise InputError(
@@ -186,23 +188,19 @@ def iterations_for(assembly: Assembly, interfaces: Interfaces, part: float = 1.0
                     f'"{assembly.names[lightest]}"; Bullet carries at most {MASSES:g} times'
                 )
             most = max(most, times[block] * ratio)
-    return ceil(most)
-
-
-def _across(direction: Floats) -> Floats:
-    """Two directions at right angles to one and to each other, shape (2, 3)."""
-    return np.linalg.svd(direction[None])[2][1:]
+    return ceil(min(most, SWEEPS * MASSES))
 
 
 def _least_mass(mass: Floats, place: Floats, part: float) -> float:
     """The mass of what carries a block, at places in a plane, in the outermost part along an edge where it is least."""
     if part >= 1:
         return float(mass.sum())
-    out = _outward(place)
-    along = place @ out.T
-    least, most = along.min(axis=0), along.max(axis=0)
-    outermost = along >= most - part * (most - least) - ROUNDING * np.ptp(place, axis=0).max()
-    return float(min(mass[own].sum() for own in outermost.T))
+    room = ROUNDING * np.ptp(place, axis=0).max()
+    least = np.inf
+    for out in _outward(place):
+        along = place @ out
+        least = min(least, mass[along >= along.max() - part * np.ptp(along) - room].sum())
+    return float(least)
 
 
 def _outward(place: Floats) -> Floats:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
-from dynsim.engine.guards import EDGE, iterations_for, joints_to_support
+from dynsim.engine.guards import iterations_for, joints_to_support
 from dynsim.settings import Settings
 
 #: Iterations of the contact solver for each joint between a block and the nearest support: the solver carries a force
@@ -49,7 +49,7 @@ def stages(assembly: Assembly, settings: Settings, interfaces: Interfaces) -> St
     coarse = settings.quick_step > settings.time_step
     settle = settings.settle_step or (settings.quick_step if coarse else None)
     middle = max(settings.iterations, MIDDLE * depth, iterations_for(assembly, interfaces))
-    last = max(settings.fine_iterations, FINE * depth, iterations_for(assembly, interfaces, EDGE))
+    last = max(settings.fine_iterations, FINE * depth, iterations_for(assembly, interfaces, careful=True))
     first = replace(settings, iterations=middle, settle_step=settle)
     fine = replace(first, time_step=settings.fine_step, iterations=last)
     check = replace(first, time_step=settings.quick_step, settle_step=None) if coarse else None

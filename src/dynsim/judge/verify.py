@@ -19,7 +19,7 @@ from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import weakened
 from dynsim.bonds.stiffness import caveats
 from dynsim.checks import check_engine
-from dynsim.engine.guards import EDGE, check_assembly, iterations_for
+from dynsim.engine.guards import check_assembly, iterations_for
 from dynsim.engine.world import Action
 from dynsim.judge.closing import ClosedScene, closed_scene
 from dynsim.judge.cracks import find_cracks
@@ -173,7 +173,7 @@ def _verify(
     runs = stages(assembly, settings, interfaces)
     iterations = runs.first.iterations
     if acting or actions:  # one run alone
-        iterations = max(iterations, iterations_for(assembly, interfaces, EDGE))
+        iterations = max(iterations, iterations_for(assembly, interfaces, careful=True))
     settings = replace(settings, iterations=iterations)
     evaluate = _Evaluator(assembly, settings, acting, actions, interfaces, reserve=reserve, progress=progress)
     if not (acting or actions or any(law.strong for law in assembly.joints)):
