@@ -788,7 +788,9 @@ def test_a_curve_that_rises_again_is_taken_at_its_least_multiplier_before():
     dipped = nonlinear_check(replace(whole, points=tuple(points)), SIDE)
     share = 9.81 / 1.35  # of one body, e* = 1
     assert dipped.state("SLC").acceleration == pytest.approx(0.04 * share, rel=1e-6)
-    assert dipped.state("SLC").ag < nonlinear_check(whole, SIDE).state("SLC").ag
+    # At SLC the period is beyond TD, where the demand on the displacement does not depend on it; at SLV it is not.
+    assert dipped.state("SLC").ag == pytest.approx(nonlinear_check(whole, SIDE).state("SLC").ag, rel=1e-9)
+    assert dipped.state("SLV").ag < 0.9 * nonlinear_check(whole, SIDE).state("SLV").ag
 
 
 def test_loads_taken_at_centroids_leave_a_displacement_unverified():
