@@ -88,6 +88,17 @@ def test_no_board_lies_under_a_bed_whose_neighbour_is_not_there_yet():
         assert falsework(assembly, (there, []), found).outcome.word == "not_held"
 
 
+def test_blocks_that_are_all_there_have_the_same_props_one_by_one_and_together():
+    vault = {"kind": "arch", "span": 2.0, "thickness": 0.3, "depth": 0.5, "voussoirs": 9, "at": [0, 0, 1]}
+    piers = {"kind": "pier", "size": [0.3, 0.5], "height": 1.0, "courses": 2, "at": [-1.15, 0, 0]}
+    piers |= {"repeat": {"number": 2, "by": [2.3, 0, 0]}}
+    assembly = build(scene_from({"name": "gate", "elements": {"vault": vault, "pier": piers}}))
+    names = [assembly.names[k] for k in assembly.free][::-1]
+    together = centring(assembly, names)
+    assert [prop.block for prop in together[::4]] == [name for name in names if "pier" not in name]
+    assert together == [prop for name in names for prop in centring(assembly, [name])]
+
+
 def beam(**more):
     """Three stones of 1 m on a centring between two piers, .5 m of the outer ones on them."""
     across = {"repeat": {"number": 2, "by": [2.5, 0, 0]}}

@@ -501,6 +501,23 @@ def test_a_misspelt_group_is_refused_whether_or_not_an_element_is_absent(present
     assert list(refused.value.args) == [f"{text}; groups are: {groups}" for text in told]
 
 
+@pytest.mark.parametrize(
+    ("present", "place", "empty"),
+    [
+        ("search", ["p", "q"], None),
+        ("search", ["p", "q.pier", "p.peir"], None),  # there may be one with another value
+        ("search at 0", ["p", "q", "q.pier", "p.peir"], ["q", "q.pier"]),
+        (False, ["p", "q.pier"], ["q.pier"]),
+    ],
+)
+def test_the_assembly_takes_the_groups_for_empty_that_are_absent_by_choice(present, place, empty):
+    tables = {"stages": [{"name": "all", "place": place}]}
+    scene = scene_from(posts(prop={"present": "search" if present == "search at 0" else present}, **tables))
+    if present == "search at 0":
+        scene = with_values(scene, {"elements.q.present": 0})
+    assert build(scene).metadata.get("absent") == empty
+
+
 def test_supports_that_are_all_absent_hold_nothing():
     with pytest.raises(InputError, match=r'^supports: there are none; write "ground" or groups that cannot move$'):
         build(scene_from(posts(prop={"present": False}, supports=["q"])))

@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -139,6 +140,55 @@ def test_stages_may_name_what_is_not_present(gate, present):
     scene = load_scene(gate)
     absent = with_values(scene, {"elements.ring.present": 0}) if present != "false" else scene
     assert build(absent).n_blocks == 2
+
+
+CHAPEL = Path(__file__).parents[2] / "examples" / "chapel.toml"
+#: The walls and the vault of the chapel.
+WALLS = """
+[[stages]]
+name = "walls"
+place = ["wall", "buttress"]
+
+[[stages]]
+name = "vault"
+place = ["vault"]
+centring = ["vault"]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "where"),
+    [
+        ('centring = ["vault"]', 'centring = ["vault.typo"]', 'stages.1 ("vault"): no group "vault.typo"'),
+        ('place = ["vault"]', 'place = ["vault", "vault.typo"]', 'stages.1 ("vault"): no group "vault.typo"'),
+        ('"buttress"', '"buttress.est"', 'stages.0 ("walls"): no group "buttress.est"'),
+    ],
+)
+def test_a_misspelt_subgroup_is_refused_by_who_judges_the_stages_of_a_scene_with_ranges(tmp_path, old, new, where):
+    """It may be there with other values, so the scene is built."""
+    path = tmp_path / "chapel.toml"
+    path.write_text(CHAPEL.read_text() + WALLS.replace(old, new, 1))
+    assembly = build(load_scene(path))
+    assert "absent" not in assembly.metadata
+    groups = ", ".join(sorted({group for group in assembly.groups if group}))
+    for judge in (stages_of, assess_stages):
+        with pytest.raises(InputError) as refused:
+            judge(assembly)
+        assert str(refused.value) == f"{where}; groups are: {groups}"
+
+
+def test_a_design_of_a_search_that_leaves_out_an_element_has_its_stages_judged(tmp_path):
+    """The stages name the vault and a part of it that only it can tell; both ranges of the chapel move."""
+    path = tmp_path / "chapel.toml"
+    data = CHAPEL.read_text().replace("[vault]\n", '[vault]\npresent = "search"\n')
+    path.write_text(data + WALLS.replace('place = ["vault"]', 'place = ["vault", "vault.part"]'))
+    design = build(with_values(load_scene(path), {"vault.present": 0}))
+    assert design.metadata["absent"] == ["vault", "vault.part"]
+    walls, vault = assess_stages(design).stages
+    assert walls.blocks == vault.blocks == len(design.free)
+    assert vault.falsework is None
+    with pytest.raises(InputError, match=r'^stages.1 \("vault"\): no group "vault.part"; groups are: '):
+        assess_stages(build(load_scene(path)))
 
 
 def test_a_scene_without_stages_says_where_they_go(gate):

@@ -154,20 +154,26 @@ def centring(
     there[slice(None) if present is None else block_indices(assembly.names, present, "centring: present")] = True
     chosen = assembly.blocks_named(blocks, "centring")
     mates[chosen] = True
-    standing = np.flatnonzero(there[joints.pair].all(axis=1) | mates[joints.pair].all(axis=1))
+    stands = np.logical_or(there[joints.pair].all(axis=1), mates[joints.pair].all(axis=1))
+    side, numbers = np.argsort(joints.pair, axis=None, kind="stable"), np.arange(assembly.n_blocks + 1)
+    first_joint = np.searchsorted(joints.pair.ravel()[side], numbers).tolist()
+    first_face = np.searchsorted(assembly.face_block, numbers).tolist()
     found = []
-    for block in chosen[there[chosen]]:
-        own = standing[(joints.pair[standing] == block).any(axis=1)]
-        for face, corners in _soffits(assembly, joints, own, block):
+    for block in chosen[there[chosen]].tolist():
+        faces = np.arange(first_face[block], first_face[block + 1])
+        every = side[first_joint[block] : first_joint[block + 1]] // 2  # a joint has two sides
+        for face, corners in _soffits(assembly, joints, faces, every, every[stands[every]]):
             push = tuple((-assembly.planes.normal[face]).tolist())
             found += [Prop(assembly.names[block], tuple(corner), push) for corner in corners.tolist()]
     return found
 
 
-def _soffits(assembly: Assembly, joints: Interfaces, own: Ints, block: int) -> list[tuple[int, Floats]]:
-    """The faces of a block that boards carry, each with the corners of what some joints leave free of it."""
+def _soffits(assembly: Assembly, joints: Interfaces, faces: Ints, every: Ints, own: Ints) -> list[tuple[int, Floats]]:
+    """Those of the faces of a block that boards carry, each with the corners of what its own joints leave free of it.
+
+    Every joint of the block, those with blocks that are not there too, tells which of its faces are beds.
+    """
     normal, up = assembly.planes.normal, -assembly.gravity / np.linalg.norm(assembly.gravity)
-    faces = np.flatnonzero(assembly.face_block == block)
     slope = dict(zip(faces.tolist(), (-normal[faces] @ up).tolist(), strict=True))
     room = {face: _free(assembly, joints, own, face) for face in faces.tolist() if slope[face] > UPRIGHT}
     room = {face: part for face, part in room.items() if part[0] > 0}
@@ -176,7 +182,6 @@ def _soffits(assembly: Assembly, joints: Interfaces, own: Ints, block: int) -> l
     first = max(room, key=lambda face: slope[face] * room[face][0])
     across = faces[normal[faces] @ normal[first] < -ACROSS].tolist()
     beyond = {vertex for face in across for vertex in _corners(assembly, face)}
-    every = np.flatnonzero((joints.pair == block).any(axis=1))
 
     def carried(face: int) -> bool:
         as_steep = slope[face] >= slope[first] * (1 - AS_STEEP)

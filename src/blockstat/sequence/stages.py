@@ -126,8 +126,8 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
     Parameters
     ----------
     assembly : Assembly
-        Built from a scene; its stages are in `metadata["stages"]`, and in `metadata["absent"]` the groups that the
-        scene has with other values only. These are empty.
+        Built from a scene; its stages are in `metadata["stages"]`, and in `metadata["absent"]` those of their groups
+        that the scene leaves out by choice. These are empty.
 
     Returns
     -------
@@ -168,7 +168,7 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
 
 
 def _absent(assembly: Assembly) -> Sequence[str]:
-    """The groups of the scene that have no blocks at its values."""
+    """The groups that the scene leaves out by choice."""
     absent = assembly.metadata.get("absent", ())
     if not isinstance(absent, Sequence) or isinstance(absent, str):
         raise InputError(f'metadata: "absent" is {absent!r}; it is a list of groups')

@@ -163,9 +163,10 @@ def _tables(plan: Plan) -> list[tuple[str, Any]]:
 
 
 def _empty_groups(plan: Plan, assembly: Assembly, absent: Callable[[], list[str]], *, moves: bool) -> list[str]:
-    """The groups of stages and random variables that exist with other values only; InputError for one that never does.
+    """The groups of stages and random variables that are absent by choice: whoever judges takes them for empty.
 
-    Who judges the assembly takes them for empty.
+    InputError for one that is neither there nor absent by choice. Where a range moves, it may be a part of what is
+    there at other values: then only who judges the assembly refuses it.
     """
     named = [
         (f'stages.{k} ("{stage.name}")', group)
@@ -178,9 +179,9 @@ def _empty_groups(plan: Plan, assembly: Assembly, absent: Callable[[], list[str]
     for where, group in named:
         if any(fits(group, own) for own in assembly.groups):
             continue
-        if group.split(".")[0] in first or _is_absent(group, absent(), eq):
+        if _is_absent(group, absent(), eq):
             empty.add(group)
-        else:
+        elif group.split(".")[0] not in first:
             wrong.append(str(no_such("group", group, sorted({own for own in assembly.groups if own})).under(where)))
     if wrong:
         raise InputError(*wrong)
