@@ -28,7 +28,7 @@ from blockstat.contact.point_law import PointLaw, last_law, point_law
 from blockstat.errors import InputError, known_options
 from blockstat.joint import JointLaw
 from blockstat.program.bonds import bonded
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 from dynsim.bonds.joint_motion import Poses, apply_on_pairs, at_points, reach, removed
 from dynsim.bonds.springs import Springs, spring_set
 from dynsim.bonds.ties import TieForces
@@ -109,16 +109,36 @@ def weakened(
 
     Notes
     -----
-    What stands with weaker glue stands with stronger glue. But the contact solver has to carry every preload too, and
-    far above what is needed it makes blocks creep. Glued blocks that move with the ground as one body ask of a joint no
+    What stands with weaker glue stands with stronger glue under loads that last, and under loads that change where the
+    weaker glue does not crack. But the contact solver has to carry every preload too, and far above what is needed it
+    makes blocks creep. Glued blocks that move with the ground as one body ask of a joint no
     more force than this, and a moment of it about the joint. So what is needed is a few times as much in a slender one.
     """
     if not assembly.joints:
         return None
     most = times * (assembly.free_weight + sum(_size(load, assembly) for load in loads))
     area = float(interfaces.area.max(initial=0.0)) or 1.0
-    laws = [_weaker(law, most, area) for law in assembly.joints]
+    laws = [_at_most(law, most, area) for law in assembly.joints]
     return None if laws == list(assembly.joints) else assembly.with_(joints=laws)
+
+
+def changed_joints(given: Assembly, weak: Assembly, interfaces: Interfaces) -> Ints:
+    """Return the joints that are glued in another way in one assembly than in another one of the same blocks.
+
+    Parameters
+    ----------
+    given, weak : Assembly
+        The assemblies.
+    interfaces : Interfaces
+        Joints of both.
+
+    Returns
+    -------
+    array of int
+        Rows of the interfaces.
+    """
+    laws = zip(last_law(given, interfaces), last_law(weak, interfaces), strict=True)
+    return np.flatnonzero([own != other for own, other in laws])
 
 
 def _size(load: Load, assembly: Assembly) -> float:
@@ -137,7 +157,7 @@ def _size(load: Load, assembly: Assembly) -> float:
     return float(assembly.mass[assembly.free].sum() * strength)
 
 
-def _weaker(law: JointLaw, most: float, area: float) -> JointLaw:
+def _at_most(law: JointLaw, most: float, area: float) -> JointLaw:
     """Return a law whose tension is at most `most` [N] on a joint of that area [m2], its other strengths in ratio."""
     share = min(1.0, most / max(law.bond, law.tension * area, 1e-300))
     if share == 1.0:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import process_time
 from typing import Any
 
@@ -16,10 +17,11 @@ from blockstat.errors import InputError, check_number, known_options
 from blockstat.loads import as_load
 from blockstat.result import Result, Sentence, finite, millimetres
 from blockstat.typing import Floats
+from dynsim.judge.closing import closed_scene
 from dynsim.judge.criteria import default_threshold
-from dynsim.judge.static_reserve import OBLIQUE
-from dynsim.judge.verdict import DynamicOutcome
-from dynsim.judge.verify import verify
+from dynsim.judge.static_reserve import friction_excess
+from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
+from dynsim.judge.verify import verify_unasked as verify  # statics are asked for the lower end alone
 from dynsim.loads.load import Load, as_loads
 from dynsim.loads.loading import Constant
 from dynsim.settings import Settings
@@ -224,7 +226,7 @@ def limit(
         outcome, lower, upper, (static.lower, static.upper), tuple(search.trials), process_time() - start,
         search.threshold,
         (*search.warnings, *_warnings(search.trials, lower, upper, unbounded=search.unbounded),
-         *_on_friction(search.trials, search.oblique, lower), *_creeping(settings)),
+         *search.on_friction(lower), *_creeping(settings)),
     )  # fmt: skip
 
 
@@ -256,7 +258,7 @@ class _Search:
         force: Floats,
         permanent: tuple[Load, ...],
         settings: Settings | None,
-        interfaces: Interfaces | None,
+        interfaces: Interfaces,
         width: float,
         progress: Callable[[Trial], None] | None,
         *,
@@ -270,7 +272,7 @@ class _Search:
         self.threshold = chosen or default_threshold(assembly)
         self.trials: list[Trial] = []
         self.warnings: dict[str, None] = {}  #: of the runs, each once
-        self.oblique: dict[float, str] = {}  #: what runs said that stood on friction beyond Coulomb's, by multiplier
+        self._ends: dict[float, DynamicVerdict] = {}  # of runs that stood, by multiplier, with their last frame alone
         total = Constant(force).size(assembly)
         self._unit = assembly.free_weight / total if total > 0 else 1.0  # where the load is as strong as the weight
         self._found: tuple[float, float] | None = None  # the bracket, once it is narrow enough
@@ -278,20 +280,43 @@ class _Search:
 
     def stands(self, multiplier: float) -> bool:
         """Run the protocol at a multiplier."""
-        loads = [*self._permanent, *([Constant(multiplier * self._force)] if multiplier else [])]
+        loads = self._loads(multiplier)
         verdict = verify(self._assembly, settings=self._settings, loads=loads, interfaces=self._interfaces)
         run = verdict.run
         trial = Trial(
             float(multiplier), verdict.outcome.word, verdict.max_displacement, float(run.times[-1]), run.process_seconds
         )
         self.trials.append(trial)
-        self.warnings |= dict.fromkeys(text for text in verdict.warnings if not text.startswith(OBLIQUE))
-        for text in verdict.warnings:
-            if text.startswith(OBLIQUE):
-                self.oblique[trial.multiplier] = text
+        self.warnings |= dict.fromkeys(verdict.warnings)
+        if verdict.outcome is DynamicOutcome.STANDS:
+            last = replace(run, displacement=run.displacement[-1:].copy(), rotation=run.rotation[-1:].copy())
+            self._ends[trial.multiplier] = replace(verdict, run=last)
         if self._progress is not None:
             self._progress(trial)
         return _carries(trial, unbounded=self.unbounded)
+
+    def _loads(self, multiplier: float) -> list[Load]:
+        """What acts at a multiplier."""
+        return [*self._permanent, *([Constant(multiplier * self._force)] if multiplier else [])]
+
+    def on_friction(self, lower: float) -> list[str]:
+        """What is said of a lower multiplier that is only carried on friction beyond Coulomb's.
+
+        Statics are asked for it alone, and only where they do not prove it for some of the smaller ones.
+        """
+        if (text := self._oblique(lower)) is None:
+            return []
+        stood = sorted(at for at in self._ends if at < lower)
+        without = stood[: bisect_left(stood, True, key=lambda at: self._oblique(at) is not None)]
+        return [f"at {lower:.5g} {text}" + (f"; up to {without[-1]:.5g} it stood without" if without else "")]
+
+    def _oblique(self, multiplier: float) -> str | None:
+        """What a run says that stood on friction beyond Coulomb's."""
+        if multiplier not in self._ends:
+            return None
+        end, joints = self._ends[multiplier], closed_scene(self._assembly, self._interfaces).interfaces
+        excess = friction_excess(end.run, joints, self._loads(multiplier), end.resolution)
+        return None if excess is None else excess.warning
 
     def beside(self, static: LimitLoad, check: bool) -> tuple[LimitOutcome, float, float]:
         """Outcome and bounds, from the static limit; to check them, more runs beside them."""
@@ -363,16 +388,6 @@ def _carries(trial: Trial, *, unbounded: bool) -> bool:
     What statics carry without bound, blocks that creep have not ceased to carry: only a fall is a limit there.
     """
     return trial.verdict == DynamicOutcome.STANDS.word or (unbounded and trial.verdict == DynamicOutcome.CREEPS.word)
-
-
-def _on_friction(trials: list[Trial], oblique: dict[float, str], lower: float) -> list[str]:
-    """What is said of a lower multiplier that is only carried on friction beyond Coulomb's."""
-    if lower not in oblique:
-        return []
-    least = min(oblique)
-    without = [t.multiplier for t in trials if t.verdict == DynamicOutcome.STANDS.word and t.multiplier < least]
-    up_to = f"; up to {max(without):.5g} it stood without" if without else ""
-    return [f"at {lower:.5g} {oblique[lower]}{up_to}"]
 
 
 def _creeping(settings: Settings | None) -> list[str]:

@@ -19,6 +19,7 @@ from dynsim.engine.guards import check_assembly
 from dynsim.engine.lmgc90 import Lmgc90World
 from dynsim.engine.world import Action, World
 from dynsim.judge.closing import closed_scene
+from dynsim.judge.cracks import find_cracks
 from dynsim.loads.load import Loads, as_actions, as_loads
 from dynsim.settings import Settings
 
@@ -104,22 +105,38 @@ class Contacts:
         sign = np.where((ordered == self.pairs).all(axis=1), 1.0, -1.0)[:, None]
         force, normal = sign * self.force, sign * self.normal
         pressure = -np.einsum("ni,ni->n", force, normal)
-        left = np.flatnonzero(pressure > PRESSED * np.abs(pressure).max())
-        found = []
-        while len(left):
-            first = left[0]
-            off = np.linalg.norm(normal[left] - normal[first], axis=1)
-            group = left[alike := (ordered[left] == ordered[first]).all(axis=1) & (off < PARALLEL)]
-            across = force[group] + pressure[group, None] * normal[group]
-            friction, at_points = np.linalg.norm(across.sum(axis=0)), np.linalg.norm(across, axis=1).sum()
-            a, b = ordered[first].tolist()
-            found.append(
-                PlaneForce(
-                    (a, b), float(pressure[group].sum()), float(friction), float(at_points), float(off[alike].max())
-                )
-            )
-            left = left[~alike]
-        return found
+        if not (kept := pressure > PRESSED * np.abs(pressure).max()).any():
+            return []
+        ordered, force, normal, pressure = ordered[kept], force[kept], normal[kept], pressure[kept]
+        plane, first, spread = _planes_of(ordered, normal)
+        count = len(first)
+        across = force + pressure[:, None] * normal
+        total = np.stack([np.bincount(plane, part, count) for part in across.T], axis=1)
+        friction = np.linalg.norm(total, axis=1)
+        at_points = np.bincount(plane, np.linalg.norm(across, axis=1), count)
+        values = np.stack([np.bincount(plane, pressure, count), friction, at_points, spread], axis=1)
+        return [
+            PlaneForce((a, b), *value) for (a, b), value in zip(ordered[first].tolist(), values.tolist(), strict=True)
+        ]
+
+
+def _planes_of(pair: Ints, normal: Floats) -> tuple[Ints, Ints, Floats]:
+    """Planes of points: that of each, the first point of each plane, and the largest angle to the normal of that."""
+    _, pair_of = np.unique(pair @ [pair.max(initial=0) + 1, 1], return_inverse=True)
+    plane, firsts, count = np.zeros(len(pair), dtype=int), [], 0
+    off, left = np.zeros(len(pair)), np.arange(len(pair))
+    while len(left):  # at once one plane of each pair that has points left
+        _, index, which = np.unique(pair_of[left], return_index=True, return_inverse=True)
+        first = left[index]
+        off[left] = np.linalg.norm(normal[left] - normal[first][which], axis=1)
+        alike = off[left] < PARALLEL
+        plane[left[alike]] = count + which[alike]
+        firsts.append(first)
+        count += len(first)
+        left = left[~alike]
+    spread = np.zeros(count)
+    np.maximum.at(spread, plane, off)
+    return plane, np.concatenate(firsts), spread
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,6 +175,27 @@ class Run:
     def since_release(self) -> Floats:
         """Displacement of the centroids since the settled state, shape (n_frames, n_blocks, 3) [m]."""
         return self.displacement - self.displacement[0]
+
+    def came_apart(self, joints: Interfaces) -> bool:
+        """Return whether one of some joints opened or slid after release, for good or for a while.
+
+        Parameters
+        ----------
+        joints : Interfaces
+            The joints that count. Those of blocks that were taken out do not.
+
+        Returns
+        -------
+        bool
+            Whether one did by half of what breaks a bond: a turn that breaks it opens the corners by no more.
+        """
+        poses = list(zip(self.displacement, self.rotation, strict=True))
+        gone = np.flatnonzero(np.isfinite(self.removed))
+        for pose in poses:
+            found = find_cracks(self.assembly, poses[0], pose, interfaces=joints, removed=gone)
+            if (np.maximum(found.opening, found.slip) > found.threshold / 2).any():
+                return True
+        return False
 
     @property
     def potential(self) -> Floats:

@@ -109,7 +109,7 @@ class FrictionExcess:
 
 
 def friction_excess(
-    run: Run, interfaces: Interfaces, loads: Sequence[Load], resolution: float
+    run: Run, interfaces: Interfaces, loads: Sequence[Load], resolution: float, reserve: StaticReserve | None = None
 ) -> FrictionExcess | None:
     """Return the joint whose friction at the end of a run is furthest beyond Coulomb's, where that matters.
 
@@ -124,6 +124,8 @@ def friction_excess(
     resolution : float
         Imbalance that the run would have shown, as a share of the weight: what is beyond by less of the weight of the
         lighter block is not counted.
+    reserve : StaticReserve, optional
+        Of the same blocks, where no loads act: what it knows is not asked again.
 
     Returns
     -------
@@ -134,7 +136,7 @@ def friction_excess(
     """
     if not (found := _beyond(run, interfaces, resolution, resultant=False)):
         return None
-    held = held_by_statics(run, interfaces, loads)
+    held = held_by_statics(run, interfaces, loads, reserve)
     if held:
         return None
     # The resultant is the plainer evidence; where a block turns in a joint, its points alone are beyond.
@@ -167,7 +169,9 @@ def _beyond(
     return beyond
 
 
-def held_by_statics(run: Run, interfaces: Interfaces, loads: Sequence[Load]) -> bool | None:
+def held_by_statics(
+    run: Run, interfaces: Interfaces, loads: Sequence[Load], reserve: StaticReserve | None = None
+) -> bool | None:
     """Return whether statics prove an equilibrium with Coulomb friction of the blocks as built.
 
     Parameters
@@ -178,6 +182,8 @@ def held_by_statics(run: Run, interfaces: Interfaces, loads: Sequence[Load]) -> 
         Joints of its assembly.
     loads : sequence of Load
         Those of the run.
+    reserve : StaticReserve, optional
+        Of the same blocks, where no loads act.
 
     Returns
     -------
@@ -194,6 +200,8 @@ def held_by_statics(run: Run, interfaces: Interfaces, loads: Sequence[Load]) -> 
     lasting = sum((_wrenches(load, assembly) for load in loads if isinstance(load, Constant)), start=np.zeros((1, 6)))
     given = np.broadcast_to(lasting, (assembly.n_blocks, 6))
     try:
+        if reserve is not None and not loads:
+            return reserve.equilibrium
         found = assess(assembly, loads=given, flow="coulomb", interfaces=interfaces, score=False)
     except InputError:
         return None

@@ -16,7 +16,7 @@ from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.result import listed, millimetres
 from blockstat.typing import Floats, Ints
-from dynsim.bonds.glue import weakened
+from dynsim.bonds.glue import changed_joints, weakened
 from dynsim.bonds.stiffness import caveats
 from dynsim.checks import check_engine
 from dynsim.engine.guards import check_assembly, iterations_for
@@ -78,7 +78,8 @@ def verify(
         Whether statics say how much the runs have to resolve, for blocks under their weight in Bullet; a search asks
         for it. A rest then counts at `Settings.resolution` only where statics prove an equilibrium with Coulomb
         friction and a reserve to all sides beyond Bullet's own error of 2 %, and at a resolution of 1e-4 elsewhere. A
-        fall needs no finer run where statics find no such equilibrium. The verdict is then not independent of statics.
+        fall needs no finer run where statics find no such equilibrium. The outcome is then not independent of statics.
+        In any case statics decide whether a stand on friction beyond Coulomb's has a warning and a `friction_excess`.
     progress : callable, optional
         Called as the run goes on with the time that has been simulated, the time from which the loads no longer change,
         and the time at which the run ends at the latest [s]. Where one run is followed by another, it begins anew.
@@ -101,12 +102,13 @@ def verify(
     A run ends early on a fall and on a rest. Where nothing acts but weight, a fall that is not clear is accepted only
     if a run with another time step sees the same one (see `dynsim.judge.stages`). Where no actions are given, glue
     stronger than the weight of all blocks and the loads on them is tried at that strength first, and at ten and a
-    hundred times it: what stands with weaker glue stands with stronger glue. Joints that statics count as closed are
-    closed for Bullet, too (see `dynsim.judge.closing`).
+    hundred times it. A stand with weaker glue counts under loads that last, and under loads that change where that glue
+    never came apart: a joint that cracks may keep a shock from the blocks above it. Joints that statics count as closed
+    are closed for Bullet, too (see `dynsim.judge.closing`).
 
-    A block to which no chain of joints leads from a support falls when it drops by more than a joint may be open,
-    settling included. A stand that needs more than Coulomb friction in a joint, where statics prove no equilibrium with
-    it, has a warning and a `friction_excess` (see `dynsim.judge.static_reserve`).
+    A block to which no chain of joints and ties leads from a support falls when it drops by more than a joint may be
+    open, settling included. A stand that needs more than Coulomb friction in a joint, where statics prove no
+    equilibrium with it, has a warning and a `friction_excess` (see `dynsim.judge.static_reserve`).
 
     Examples
     --------
@@ -118,17 +120,65 @@ def verify(
     >>> verify(ring, loads=[Removal("arch.5")]).outcome.word
     'falls'
     """
-    given = settings = Settings.of(settings)
+    settings = Settings.of(settings)
     check_engine(engine)
     check_assembly(assembly)
     acting, actions = as_loads(assembly, loads), as_actions(actions)
+    scene = closed_scene(assembly, find_interfaces(assembly, gap=gap) if interfaces is None else interfaces)
+    asked = statics and engine == "bullet" and not (acting or actions)
+    reserve = StaticReserve(scene.assembly, scene.interfaces) if asked else None
+    verdict = _judged(scene, settings, acting, actions, engine, reserve, progress)
+    if verdict.outcome is not DynamicOutcome.STANDS:
+        return verdict
+    excess = friction_excess(verdict.run, scene.interfaces, acting, verdict.resolution, reserve)
+    if excess is None:
+        return verdict
+    return replace(verdict, warnings=(*verdict.warnings, excess.warning), friction_excess=excess.factor)
+
+
+def verify_unasked(
+    assembly: Assembly, *, settings: Settings | None, loads: Loads, interfaces: Interfaces
+) -> DynamicVerdict:
+    """Return the verdict of `verify` without the question whether a stand needs more than Coulomb friction.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks, supports and joint laws.
+    settings : Settings or None
+        As in `verify`.
+    loads : Loads
+        As in `verify`.
+    interfaces : Interfaces
+        Joints of the assembly.
+
+    Returns
+    -------
+    DynamicVerdict
+        Its `friction_excess` is 0, whatever the friction.
+    """
+    settings = Settings.of(settings)
+    check_assembly(assembly)
+    acting = as_loads(assembly, loads)
+    return _judged(closed_scene(assembly, interfaces), settings, acting, (), "bullet", None, None)
+
+
+def _judged(
+    scene: ClosedScene,
+    given: Settings,
+    acting: Sequence[Load],
+    actions: Sequence[Action],
+    engine: str,
+    reserve: StaticReserve | None,
+    progress: Progress,
+) -> DynamicVerdict:
+    """The verdict on a scene, by what its blocks do."""
+    settings = given
     if np.isfinite(last_change(acting)):
         settings = replace(settings, end=AFTERWARDS * settings.end)
-    if any(law.strong for law in assembly.joints):
+    if any(law.strong for law in scene.assembly.joints):
         settings = replace(settings, settle=settings.settle + GLUE_SETTLES)
-    scene = closed_scene(assembly, find_interfaces(assembly, gap=gap) if interfaces is None else interfaces)
     if engine == "bullet":
-        reserve = StaticReserve(scene.assembly, scene.interfaces) if statics else None
         verdict = _verify(scene.assembly, settings, acting, actions, scene.interfaces, reserve, progress)
     else:
         verdict = _Evaluator(scene.assembly, settings, acting, actions, scene.interfaces, engine, progress=progress)(
@@ -169,7 +219,6 @@ def _verify(
     progress: Progress,
 ) -> DynamicVerdict:
     """The verdict on blocks whose joints are closed."""
-    reserve = None if acting or actions else reserve
     runs = stages(assembly, settings, interfaces)
     iterations = runs.first.iterations
     if acting or actions:  # one run alone
@@ -193,27 +242,30 @@ def _glued(
     weaker: Callable[[Assembly, float], DynamicVerdict],
     tried: Sequence[int],
 ) -> DynamicVerdict:
-    """The verdict of one run, that with the weakest glue tried with which the blocks stand.
+    """The verdict of one run: with the weakest glue tried whose stand counts, else with the glue given.
 
     Under loads that change, a joint that weaker glue lets crack may hold with the stronger one, and what follows
-    differs. So the run then has the stronger one, and the weaker one counts only where that does not stand.
+    differs: it may have kept a shock from the blocks above. So a stand then counts only if that glue never came apart.
     """
-    changing, spent, stood, strong = np.isfinite(last_change(acting)), 0.0, None, False
+    changing, spent, most = bool(np.isfinite(last_change(acting))), 0.0, None
     for times in tried:
         if (weak := weakened(assembly, interfaces, acting, times)) is None:
             break
         verdict = weaker(weak, spent)
-        spent, strong = verdict.process_seconds, times == GLUE_TRIED[-1]
-        if verdict.outcome is DynamicOutcome.STANDS:
-            stood = stood or replace(verdict, warnings=(*verdict.warnings, _weaker(times)))
-            if not (changing and verdict.cracks.n_cracks):
-                return replace(verdict, warnings=(*verdict.warnings, _weaker(times)))
+        spent, most = verdict.process_seconds, verdict if times == GLUE_TRIED[-1] else None
+        joints = interfaces.subset(changed_joints(assembly, weak, interfaces))
+        if verdict.outcome is DynamicOutcome.STANDS and not (changing and verdict.run.came_apart(joints)):
+            return replace(verdict, warnings=(*verdict.warnings, _weaker(times, changing=changing)))
     verdict = evaluate(evaluate.settings, spent)
-    if verdict.outcome is DynamicOutcome.STANDS:
+    if verdict.outcome is DynamicOutcome.STANDS or most is None:
         return verdict
-    if stood is not None:
-        return replace(stood, run=replace(stood.run, process_seconds=verdict.process_seconds))
-    return replace(verdict, warnings=(*verdict.warnings, *[TOO_STRONG] * strong))
+    beside = [name for block, name in enumerate(assembly.names) if block not in joints.pair]
+    if verdict.first_block == most.first_block and verdict.first_block in beside:
+        return verdict  # what falls first is not glued, and falls at either strength
+    cracked = " with cracks in it" * (most.outcome is DynamicOutcome.STANDS)
+    return replace(
+        verdict, warnings=(*verdict.warnings, f"{AT_MOST} it {most.outcome.word}{cracked}, and {TOO_STRONG}")
+    )
 
 
 def _staged(evaluate: _Evaluator, runs: Stages, reserve: StaticReserve | None) -> DynamicVerdict:
@@ -248,22 +300,21 @@ GLUE_SETTLES = 0.1
 #: Glue that is stronger is first tried at these multiples of the weight of all blocks and the loads on them. Four cubes
 #: begin to creep at some five hundred times their weight.
 GLUE_TRIED = (1, 10, 100)
+AT_MOST = f"with glue of {GLUE_TRIED[-1]} times the weight of all blocks and the loads on them"
 TOO_STRONG = (
-    f"with glue of {GLUE_TRIED[-1]} times the weight of all blocks and the loads on them it does not stand, and Bullet "
-    "does not balance the preload of the stronger glue given: blocks creep, so this run does not say what it would hold"
+    "Bullet does not balance the preload of stronger glue well: blocks may creep, so this run does not say what the "
+    "glue given would hold"
 )
 
 
-def _weaker(times: int) -> str:
+def _weaker(times: int, *, changing: bool) -> str:
     """What is said of a stand with weaker glue."""
     most = "the weight" if times == 1 else f"{times} times the weight"
+    whole = ", which never came apart" * changing
     return (
-        f"it stands with glue of no more than {most} of all blocks and the loads on them a joint, so it stands with "
-        "the stronger glue given"
+        f"it stands with glue of no more than {most} of all blocks and the loads on them a joint{whole}, so it stands "
+        "with the stronger glue given"
     )
-
-
-WEAKER = _weaker(1)
 
 
 class _Evaluator:
@@ -355,10 +406,6 @@ class _Evaluator:
         settling = float(np.linalg.norm(run.displacement[0], axis=1).max())
         frame = int(np.argmax(beyond.any(axis=1)))
         told = [*caveats(self._actions), *_warnings(run, settling, self._brick), *_in_the_air(assembly, apart, fell)]
-        excess = None
-        if outcome is DynamicOutcome.STANDS:
-            excess = friction_excess(run, self._interfaces, self._loads, settings.resolution)
-        told += [excess.warning] if excess else []
         return DynamicVerdict(
             outcome=outcome, group=self._group, group_drop=group_drop, max_drop=max_drop,
             max_displacement=float(length.max()), max_rotation=degrees(turned.max()), rate=speed, settling=settling,
@@ -371,8 +418,7 @@ class _Evaluator:
                 assembly, (run.displacement[0], run.rotation[0]), (run.displacement[-1], run.rotation[-1]),
                 threshold=self._crack, interfaces=self._interfaces, removed=np.flatnonzero(np.isfinite(run.removed)),
             ),
-            run=run, resolution=settings.resolution, settings=settings,
-            warnings=tuple(told), friction_excess=excess.factor if excess else 0.0,
+            run=run, resolution=settings.resolution, settings=settings, warnings=tuple(told),
         )  # fmt: skip
 
     def _too_far(self, turned: Floats) -> np.ndarray:
