@@ -225,7 +225,7 @@ def test_an_interrupt_leaves_the_runs_of_a_limit_and_the_bracket(run, file, monk
         done.append(verify(*given, **options))
         return done[-1]
 
-    monkeypatch.setattr("dynsim.judge.limit.verify", interrupted)
+    monkeypatch.setattr("dynsim.judge.limit.verify_unasked", interrupted)
     status, out, err = run("limit", file, "--load", "1,0,0", "--width", 0.001, *["--json"] * as_json)
     assert status == (0 if bracketed else INTERRUPTED)
     assert err.endswith("dynsim: interrupted\n") is not bracketed

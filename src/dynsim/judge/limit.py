@@ -21,7 +21,7 @@ from dynsim.judge.closing import closed_scene
 from dynsim.judge.criteria import default_threshold
 from dynsim.judge.static_reserve import friction_excess
 from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
-from dynsim.judge.verify import verify_unasked as verify  # statics are asked for the lower end alone
+from dynsim.judge.verify import verify_unasked  # statics are asked for the lower end alone
 from dynsim.loads.load import Load, as_loads
 from dynsim.loads.loading import Constant
 from dynsim.settings import Settings
@@ -281,7 +281,7 @@ class _Search:
     def stands(self, multiplier: float) -> bool:
         """Run the protocol at a multiplier."""
         loads = self._loads(multiplier)
-        verdict = verify(self._assembly, settings=self._settings, loads=loads, interfaces=self._interfaces)
+        verdict = verify_unasked(self._assembly, settings=self._settings, loads=loads, interfaces=self._interfaces)
         run = verdict.run
         trial = Trial(
             float(multiplier), verdict.outcome.word, verdict.max_displacement, float(run.times[-1]), run.process_seconds
