@@ -46,7 +46,7 @@ from blockstat.cli.commands import app
 from blockstat.sequence.props import falls_on_props, held_by_props
 from blockstat.sequence.states import Whole
 from blockstat.view.building.slider import StepSlider
-from building_sites import arch, prism, slab, tee
+from building_sites import arch, least_force, prism, slab, tee
 from evidence.scenes.small import stack
 
 
@@ -125,16 +125,15 @@ def test_each_state_has_the_verdict_of_its_own_assembly():
         assert verdict.certificate.proves_stable != verdict.certificate.proves_unstable
 
 
-@pytest.mark.parametrize(
-    ("placed", "hoist", "radial"),
-    [("06", 0, 0), ("0156", 2, 0.230199973), ("012456", 4, 1.136204329), ("0123456", 0, 0)],
-)
-def test_falsework_of_an_arch_built_from_both_sides(placed, hoist, radial):
-    """Where s1 and s5 turn, the far end of a soffit has twice the lever of its middle, and takes half the force."""
+@pytest.mark.parametrize(("placed", "hoist"), [("06", 0), ("0156", 2), ("012456", 4), ("0123456", 0)])
+def test_falsework_of_an_arch_built_from_both_sides(placed, hoist):
+    """The weight of the stones that lean out, where they hang; on a centring by a plane program."""
     assembly = arch()
     stones = [f"s{k}" for k in placed]
     weight = assembly.mass[0] * 9.81
-    for props, expected in ((hoists(assembly, stones), hoist), (centring(assembly, stones), radial)):
+    there = tuple(map(int, placed))
+    assert least_force(True, there) == pytest.approx(hoist, abs=1e-9)
+    for props, expected in ((hoists(assembly, stones), hoist), (centring(assembly, stones), least_force(False, there))):
         found = falsework(assembly, (stones, []), props)
         assert found.total / weight == pytest.approx(expected, abs=1e-6)
         assert found.bound / weight == pytest.approx(expected, abs=1e-6)

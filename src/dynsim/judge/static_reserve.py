@@ -22,7 +22,6 @@ from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
 from blockstat.studies.directions import horizontal
-from blockstat.typing import Floats
 from dynsim.engine.friction import STICKY, block_friction, common_friction, has_own_friction
 from dynsim.judge.criteria import default_threshold
 from dynsim.judge.run import Run
@@ -197,8 +196,8 @@ def held_by_statics(
         return None
     if moved >= default_threshold(assembly):
         return None
-    lasting = sum((_wrenches(load, assembly) for load in loads if isinstance(load, Constant)), start=np.zeros((1, 6)))
-    given = np.broadcast_to(lasting, (assembly.n_blocks, 6))
+    none = np.zeros((assembly.n_blocks, 6))
+    given = sum((load.wrenches(assembly) for load in loads if isinstance(load, Constant)), start=none)
     try:
         if reserve is not None and not loads:
             return reserve.equilibrium
@@ -206,11 +205,3 @@ def held_by_statics(
     except InputError:
         return None
     return found.outcome is Outcome.STABLE
-
-
-def _wrenches(load: Constant, assembly: Assembly) -> Floats:
-    """A constant load as wrenches on the free blocks, shape (n_blocks, 6)."""
-    given = np.asarray(load.load, dtype=float)
-    if given.shape == (3,):
-        given = np.hstack([np.outer(assembly.mass, given), np.zeros((assembly.n_blocks, 3))])
-    return np.where(assembly.support[:, None], 0.0, given)

@@ -429,6 +429,29 @@ class Constant:
             raise InputError(f"constant: load has shape {load.shape}; it must be (3,) or ({assembly.n_blocks}, 6)")
         return load
 
+    def wrenches(self, assembly: Assembly) -> Floats:
+        """Return the load as static analyses take it.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            What it acts on.
+
+        Returns
+        -------
+        array of float, shape (n_blocks, 6)
+            Wrenches on the free blocks about their centroids, those of an acceleration among them [N, N m].
+
+        Raises
+        ------
+        InputError
+            As `begin` does.
+        """
+        load = self._checked(assembly)
+        if not self.each_step:
+            load = np.pad(np.outer(assembly.mass, load), ((0, 0), (0, 3)))
+        return np.where(assembly.support[:, None], 0.0, load)
+
     def act(self, world: World, time: float) -> None:
         """Apply wrenches for the next time step.
 
@@ -440,5 +463,5 @@ class Constant:
             Time since release [s], negative while settling.
         """
         if self.each_step:
-            wrench = np.where(world.assembly.support[:, None], 0.0, np.asarray(self.load, dtype=float))
+            wrench = self.wrenches(world.assembly)
             world.load(wrench[:, :3], wrench[:, 3:])
