@@ -8,19 +8,21 @@ import numpy as np
 
 from blockstat import find_interfaces
 from blockstat.contact.overlap.penetration import convex_blocks, overlaps
+from blockstat.contact.tolerance import ROUNDING
 
 
 def sound(assembly, *, convex: bool = False):
     """The interfaces of an assembly whose joints close, whose blocks do not overlap and all touch another.
 
-    Joints may be open by the rounding of single precision: faces that are bent by less are one in the search.
+    Joints may be open by the rounding of single precision on both sides: faces that are bent by less are one in the
+    search.
 
     convex : whether every block must be convex. Overlaps of curved blocks are measured piece by piece, to rounding of
     the pieces.
     """
     faces = find_interfaces(assembly)
     extent = np.ptp(assembly.vertices, axis=0).max()
-    assert faces.gap[faces.kinds == 0].max() < np.finfo(np.float32).eps * extent
+    assert faces.gap[faces.kinds == 0].max() < 2 * ROUNDING * extent
     assert not [d for d in faces.dropped if d.reason == "gap"]
     assert np.unique(faces.pair).tolist() == list(range(assembly.n_blocks))
     if convex:

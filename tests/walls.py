@@ -7,6 +7,7 @@ import shapely
 
 from blockstat import Assembly, find_interfaces
 from blockstat.contact.overlap.penetration import convex_blocks, overlaps
+from blockstat.contact.tolerance import ROUNDING
 from blockstat.model.solids import box
 
 
@@ -59,7 +60,7 @@ def tight(asm):
     faces = find_interfaces(asm)
     assert convex_blocks(asm).all()
     assert len(overlaps(asm, gap=1e-9)[0]) == 0
-    closed = faces.gap < np.finfo(np.float32).eps * np.ptp(asm.vertices, axis=0).max()
+    closed = faces.gap < 2 * ROUNDING * np.ptp(asm.vertices, axis=0).max()
     assert np.unique(faces.pair[closed]).tolist() == list(range(asm.n_blocks))
     return faces, closed
 

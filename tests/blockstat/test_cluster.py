@@ -147,6 +147,7 @@ def test_a_killed_worker_loses_no_row_of_a_sweep_and_changes_none(client, cluste
     assert [row["height"] for row in found.rows()] == [design["parameters.h"] for design in grid(POSTS)]
 
 
+@pytest.mark.slow
 def test_a_killed_worker_loses_no_draw_of_a_fragility_and_changes_none(client, cluster):
     with one_killed(client, cluster):
         found = fragility(RING, UNCERTAIN, SIDE, draws=32)

@@ -226,6 +226,20 @@ def test_an_edge_on_a_face_loses_its_ends_and_a_corner_nothing():
     assert lose_edges(joints, np.full(joints.n_interfaces, 0.31)).n_interfaces == 0
 
 
+def test_the_width_of_a_joint_with_a_notch_is_that_of_its_limbs_however_its_face_is_drawn():
+    """An L of limbs 1 m and 0.5 m wide."""
+    corners = [(0, 0), (2, 0), (2, 0.5), (1, 0.5), (1, 2), (0, 2)]
+    foot = [(x, y, 0.0) for x, y in corners]
+    n = len(corners)
+    sides = [[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)]
+    top = [*range(n, 2 * n)]
+    for bottom in ([[*range(n)][::-1]], [[3, 2, 1], [3, 1, 0], [3, 0, 5], [3, 5, 4]]):
+        block = Block(np.vstack([foot, np.array(foot) + (0, 0, 1)]), [*bottom, top, *sides])
+        joints = find_interfaces(assembly([box((-1, -1, -1), (3, 3, 0)), block]))
+        assert joints.n_interfaces == 1
+        np.testing.assert_allclose(least_width(joints), 0.5)
+
+
 def test_a_joint_narrower_than_what_it_loses_is_gone():
     found = assess(stack(2), imperfections=Imperfections(edge=0.51))
     assert found.outcome is Outcome.UNSTABLE
@@ -365,6 +379,15 @@ def table(*feet, place=(0.0, 0.0, 0.0)):
 def on_grounds(block, *cuts, **options):
     grounds = [box((a, -1, -1), (b, 2, 0), name=f"ground{a}") for a, b in itertools.pairwise([-1, *cuts, 3])]
     return Assembly.from_blocks([*grounds, block], supports=range(len(grounds)), density=1000.0, **options)
+
+
+@pytest.mark.parametrize("width", [0.1, 0.4])
+def test_a_share_of_the_width_is_that_of_each_foot_whatever_the_ground_is_made_of(width):
+    """The table tips about the edge of a foot, which has lost 5 % of the foot's width."""
+    for cuts in ((), (1,)):
+        scene = on_grounds(table((0, width), (2 - width, 2)), *cuts, friction=9.0)
+        tips = (1 - 0.05 * width) / scene.centroid[-1][2]
+        agrees(limit_load(scene, SIDE, imperfections=Imperfections(edge="5 %")), tips)
 
 
 @pytest.mark.parametrize("loss", ["1 mm", "3 mm", "0.05 m"])

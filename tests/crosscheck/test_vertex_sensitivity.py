@@ -119,6 +119,18 @@ def test_a_cube_that_overhangs_tips_about_the_edge_below_it():
     assert found.along(lid) == pytest.approx(-0.4, abs=1e-5)
 
 
+@pytest.mark.parametrize("size", [0.1, 0.02])
+@pytest.mark.parametrize("place", [(0, 0, 0), (3.3e5, 5.7e6, 10), (123456.7, 4654321.1, 87.3)], ids=str)
+def test_a_small_brick_slides_the_sooner_the_more_its_bed_leans_wherever_it_is(size, place):
+    """At tan(atan(mu) - t) of its weight where the bed drops by an angle t along the push: derivative -(1 + mu^2)."""
+    blocks = [box((0, 0, -size), (size, size, 0)), box((0, 0, 0), (size, size, 0.3 * size))]
+    scene = assembly(blocks, friction=0.5)
+    scene = scene.with_(vertices=scene.vertices + place)
+    found = limit_load_by_point(limit_load(scene, (1, 0, 0), optimum=True), (1, 0, 0))
+    lean = (found.points - place)[:, :1] * (0, 0, -1.0)
+    assert found.along(lean) == pytest.approx(-1.25, rel=1e-6)
+
+
 @pytest.mark.parametrize("seed", [1, 2, 6])
 def test_edges_that_nearly_coincide_carry_points_together(seed):
     # As two cubes of one plan from a scanner: their edges cross at tiny angles. Half width over half height is 1, and

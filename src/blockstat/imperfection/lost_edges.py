@@ -12,7 +12,7 @@ from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
 from blockstat.geometry import clipping
 from blockstat.geometry.polyhedron import next_in_face
-from blockstat.imperfection.lost_patches import corner_speeds, lose_rims
+from blockstat.imperfection.lost_patches import corner_speeds, joined_patches, lose_rims
 from blockstat.typing import Floats, Ints
 
 #: Share of the loss at which an edge vanishes up to which all corners move on straight lines: short of rounding.
@@ -157,20 +157,26 @@ def least_width(interfaces: Interfaces) -> Floats:
     -------
     Floats
         The least distance from an edge to the corner farthest from it; the length of an edge on a face, and 0 for
-        corners and crossings. Shape (n_interfaces,) [m].
+        corners and crossings. Of a joint of several patches, the least of those of its patches that have a width; two
+        that are convex together are one. Shape (n_interfaces,) [m].
     """
     width = np.zeros(interfaces.n_interfaces)
     for k in range(interfaces.n_interfaces):
         corners = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]]
-        if len(corners) == 2:
-            width[k] = np.linalg.norm(corners[1] - corners[0])
-        elif len(corners) > 2:
-            flat = (corners - corners[0]) @ interfaces.frame[k, 1:].T
-            along = np.roll(flat, -1, axis=0) - flat
-            away = flat[None, :] - flat[:, None]
-            height = np.abs(along[:, None, 0] * away[..., 1] - along[:, None, 1] * away[..., 0])
-            width[k] = (height.max(axis=1) / np.linalg.norm(along, axis=1)).min()
+        parts = [(part - corners[0]) @ interfaces.frame[k, 1:].T for part in interfaces.parts.get(k, [corners])]
+        whole = joined_patches(parts) if len(parts) > 1 else parts
+        width[k] = min((own for own in map(_width, whole) if own > 0), default=0.0)
     return width
+
+
+def _width(corners: Floats) -> float:
+    """The least width of a convex patch in its plane, the length of an edge, and 0 for a corner."""
+    if len(corners) < 3:
+        return float(np.linalg.norm(corners[-1] - corners[0]))
+    along = np.roll(corners, -1, axis=0) - corners
+    away = corners[None, :] - corners[:, None]
+    height = np.abs(along[:, None, 0] * away[..., 1] - along[:, None, 1] * away[..., 0])
+    return float((height.max(axis=1) / np.linalg.norm(along, axis=1)).min())
 
 
 def _areas(interfaces: Interfaces) -> Floats:

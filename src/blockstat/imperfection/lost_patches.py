@@ -55,6 +55,23 @@ def lose_rims(parts: Sequence[Floats], depth: float) -> tuple[list[Floats], Floa
     return left, _hull(np.concatenate(left))
 
 
+def joined_patches(parts: Sequence[Floats]) -> list[Floats]:
+    """Join patches of one plane that are convex together.
+
+    Parameters
+    ----------
+    parts : sequence of array, shape (k, 2)
+        As in `lose_rims`.
+
+    Returns
+    -------
+    list of array, shape (k, 2)
+        Corners of the patches, counter-clockwise, then what has no area.
+    """
+    patches = [_counter_clockwise(part) for part in parts if len(part) > 2]
+    return [*joined_convex(patches), *(part for part in parts if len(part) < 3)]
+
+
 def corner_speeds(corners: Floats, parts: Sequence[Floats]) -> Floats:
     """Return how the corners of the hull of patches move while the rims of the patches move inwards.
 

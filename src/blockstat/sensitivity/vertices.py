@@ -328,7 +328,10 @@ def _add_joint(
         sides = joint_sides(assembly, interfaces, number)
     for sign, (tail, head, edge) in sides:
         # Newell: the vector area of a side changes by dx x edge / 2 with edge from the corner before to the one after.
-        area = np.linalg.norm(np.cross(assembly.vertices[tail], assembly.vertices[head]).sum(axis=0)) / 2
+        first = assembly.vertices[tail[0]]  # about a corner nearby, for rounding
+        area = (
+            np.linalg.norm(np.cross(assembly.vertices[tail] - first, assembly.vertices[head] - first).sum(axis=0)) / 2
+        )
         np.add.at(result, tail, sign * np.cross(edge, by_normal) / (2 * area * len(sides)))
     rims = [(tail, head) for _, (tail, head, _) in sides] if len(sides) == 2 else []
     for i in range(interfaces.start[number], interfaces.start[number + 1]):
