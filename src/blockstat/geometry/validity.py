@@ -16,6 +16,8 @@ from blockstat.geometry.triangulation import fans
 #: A block whose mean thickness, volume over half its surface, is below this fraction of its box diagonal has no volume:
 #: rounding of coordinates given to seven digits makes about 1e-7.
 FLAT = 1e-7
+#: Faces at an edge between which there is a smaller angle than this lie on each other [rad].
+THIN = 1e-4
 #: So many corners of a surface are asked whether they lie in another one.
 PROBES = 9
 #: How messages end about faces that a repair may turn.
@@ -43,8 +45,8 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
         For a block that is several solids, apart or touching.
     """
     merged = merged_vertices(blocks)
-    walked = _check_surface(blocks, names, merged)
-    surface_of = _warn_of_several_solids(blocks, names, merged, walked)
+    _check_surface(blocks, names, merged)
+    surface_of = _warn_of_several_solids(blocks, names, merged)
     lower, upper = blocks.bounds
     diagonal = np.linalg.norm(upper - lower, axis=1)
     surface = np.bincount(blocks.face_block, blocks.planes.area, blocks.n_blocks)
@@ -122,11 +124,8 @@ def _surfaces(blocks: Polyhedra, block: int, label: np.ndarray) -> list[tuple[np
     return surfaces
 
 
-def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> np.ndarray:
-    """Each edge must be walked as often one way as the other: twice one way is an inverted face, once alone a hole.
-
-    Returns for each corner how often the edge to the next is walked its way.
-    """
+def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> None:
+    """Each edge must be walked as often one way as the other: twice one way is an inverted face, once alone a hole."""
     start = merged[blocks.face_vertices]
     end = start[next_in_face(blocks.face_start)]
     n = len(blocks.vertices)
@@ -139,7 +138,7 @@ def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) 
     own = np.where(start == end, 1, count[np.searchsorted(values, forward)])  # an edge between equal corners is none
     wrong = np.flatnonzero((own != balance) & (start != end))
     if not len(wrong):
-        return own
+        return
     at = blocks.face_block[corner_face[wrong]]
     found = (_surface_fault(int(block), names, blocks, corner_face, wrong[at == block], own) for block in np.unique(at))
     raise InputError(*found)
@@ -162,9 +161,7 @@ def _surface_fault(
     )
 
 
-def _warn_of_several_solids(
-    blocks: Polyhedra, names: Sequence[str], merged: np.ndarray, walked: np.ndarray
-) -> dict[int, np.ndarray]:
+def _warn_of_several_solids(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> dict[int, np.ndarray]:
     """A block of separate solids moves as one rigid body, which is seldom what a mesh file means.
 
     Returns for each block of several closed surfaces the one of each of its faces.
@@ -179,21 +176,58 @@ def _warn_of_several_solids(
     if not np.array_equal(np.sort(forward), np.sort(backward)):
         loose[block[~np.isin(backward, forward)]] = True
     tail, head = np.where(loose[block], merged[tail], tail), np.where(loose[block], merged[head], head)
-    count, label = connected_components(n, np.column_stack([tail, head]))
-    owner = np.full(count, -1)
-    owner[label[tail]] = block
-    apart = np.bincount(owner[owner >= 0], minlength=blocks.n_blocks) > 1
-    # Solids that touch along an edge, or with a face, share its corners, and each walks the edge both ways.
-    touching = np.bincount(block[walked > 1], minlength=blocks.n_blocks) > 0
-    of_face = label[tail[blocks.face_start[:-1]]]
+    of_face = _face_connected(blocks, tail, head)
+    walked = np.unique(np.repeat(of_face, np.diff(blocks.face_start))[tail != head])  # not of faces folded to a point
+    _, first = np.unique(of_face, return_index=True)
+    apart = np.bincount(blocks.face_block[first[walked]], minlength=blocks.n_blocks) > 1
     found = {block: of_face[blocks.face_block == block] for block in np.flatnonzero(apart).tolist()}
-    hollow = [block for block, own in found.items() if not touching[block] and _is_hollow(blocks, block, own)]
-    several = np.setdiff1d(np.flatnonzero(apart | touching), hollow).tolist()
+    hollow = [block for block, own in found.items() if _is_hollow(blocks, block, own)]
+    several = [block for block in found if block not in hollow]
     for blocks_so, what in ((several, "hold separate solids that move as one"), (hollow, "have cavities")):
         if blocks_so:
             text = f'{len(blocks_so)} blocks {what} (the first is "{names[blocks_so[0]]}")'
             warnings.warn(InputWarning(text), stacklevel=4)
     return found
+
+
+def _face_connected(blocks: Polyhedra, tail: np.ndarray, head: np.ndarray) -> np.ndarray:
+    """The surface of each face: faces of one are connected over edges, whatever corners they share.
+
+    At an edge of four faces and more, solids touch, or one touches itself: those two belong together there that bound
+    the same wedge of material.
+    """
+    face = np.repeat(np.arange(len(blocks.face_block)), np.diff(blocks.face_start))
+    real = np.flatnonzero(tail != head)
+    key = (np.minimum(tail, head) * len(blocks.vertices) + np.maximum(tail, head))[real]
+    order = real[np.argsort(key, kind="stable")]
+    _, first, count = np.unique(np.sort(key), return_index=True, return_counts=True)
+    plain = first[count == 2]
+    pairs = [np.column_stack([face[order[plain]], face[order[plain + 1]]])]
+    for begin, many in zip(first[count != 2].tolist(), count[count != 2].tolist(), strict=True):
+        at = order[begin : begin + many]
+        pairs.append(face[at[_wedges(blocks, face[at], tail[at], head[at])]])
+    return connected_components(len(blocks.face_block), np.concatenate(pairs))[1]
+
+
+def _wedges(blocks: Polyhedra, face: np.ndarray, tail: np.ndarray, head: np.ndarray) -> np.ndarray:
+    """Pairs of the faces around an edge that bound the same wedge of material, shape (n, 2)."""
+    opens = tail > head  # looking along the edge, material begins at a face that walks it backwards
+    if 2 * opens.sum() != len(face):
+        return np.column_stack([np.zeros(len(face), dtype=np.int64), np.arange(len(face))])
+    line = blocks.vertices[max(tail[0], head[0])] - blocks.vertices[min(tail[0], head[0])]
+    inward = np.cross(blocks.planes.normal[face], line) * np.where(opens, -1.0, 1.0)[:, None]
+    base = inward[np.linalg.norm(inward, axis=1).argmax()]  # a face without area has none
+    across = np.cross(line / np.linalg.norm(line), base)
+    angle = np.arctan2(inward @ across, inward @ base) % (2 * np.pi)
+    angle[angle > 2 * np.pi - THIN] = 0.0
+    around = np.argsort(angle, kind="stable")
+    step = np.empty(len(face), dtype=np.int64)
+    step[around] = np.cumsum(np.diff(angle[around], prepend=0.0) > THIN)
+    # Two solids that touch with a face have no room between their walls: one ends there before the other begins.
+    around = np.lexsort((np.arange(len(face)), opens, step))
+    depth = np.cumsum(np.where(opens[around], 1, -1))
+    around = np.roll(around, -int(depth.argmin()) - 1)
+    return np.column_stack([around[opens[around]], around[~opens[around]]])
 
 
 def _is_hollow(blocks: Polyhedra, block: int, label: np.ndarray) -> bool:
