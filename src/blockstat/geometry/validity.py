@@ -20,8 +20,10 @@ FLAT = 1e-7
 THIN = 1e-4
 #: So many corners of a surface are asked whether they lie in another one.
 PROBES = 9
-#: How messages end about faces that a repair may turn.
-ADVICE = ", or let `blockstat repair` turn "
+#: How messages end about what a repair may do.
+ADVICE = ", or let `blockstat repair` "
+#: A corner this close to an edge, relative to the diagonal of its block's box, is on it: a repair puts it there.
+ON_EDGE = 1e-4
 
 
 def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
@@ -57,12 +59,12 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
     ]
     wrong += [
         f'block "{names[block]}": all its faces point inwards; list their corners counter-clockwise seen from '
-        f"outside{ADVICE}them"
+        f"outside{ADVICE}turn them"
         for block in np.flatnonzero(~flat & (blocks.volume < 0)).tolist()
     ]
     wrong += [
         f'block "{names[block]}": one of its surfaces looks the wrong way; list corners counter-clockwise seen from '
-        f"outside the stone{ADVICE}them"
+        f"outside the stone{ADVICE}turn them"
         for block, label in surface_of.items()
         if blocks.volume[block] > 0 and _has_solid_inside_out(blocks, block, label)
     ]
@@ -140,25 +142,78 @@ def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) 
     if not len(wrong):
         return
     at = blocks.face_block[corner_face[wrong]]
-    found = (_surface_fault(int(block), names, blocks, corner_face, wrong[at == block], own) for block in np.unique(at))
+    found = (_surface_fault(int(block), names, blocks, merged, wrong[at == block], own) for block in np.unique(at))
     raise InputError(*found)
 
 
 def _surface_fault(
-    block: int, names: Sequence[str], blocks: Polyhedra, corner_face: np.ndarray, wrong: np.ndarray, own: np.ndarray
+    block: int, names: Sequence[str], blocks: Polyhedra, merged: np.ndarray, wrong: np.ndarray, own: np.ndarray
 ) -> str:
     """What is wrong with the surface of a block: the edges at fault, and how often each is walked."""
     first = np.searchsorted(blocks.face_block, block)
+    corner_face = np.repeat(np.arange(len(blocks.face_block)), np.diff(blocks.face_start))
     if (own[wrong] > 1).any():
         votes = np.bincount(corner_face[wrong] - first)
         return (
             f'block "{names[block]}": face {votes.argmax()} is inverted against its neighbours; '
-            f"list its corners counter-clockwise seen from outside{ADVICE}it"
+            f"list its corners counter-clockwise seen from outside{ADVICE}turn it"
         )
-    return (
-        f'block "{names[block]}": its surface is open ({len(wrong)} edges without a neighbour, '
-        f"the first at face {corner_face[wrong[0]] - first}); blocks must be closed solids"
-    )
+    told = f"({len(wrong)} edges without a neighbour, the first at face {corner_face[wrong[0]] - first})"
+    following = next_in_face(blocks.face_start)[wrong]
+    edges = merged[blocks.face_vertices[np.column_stack([wrong, following])]]
+    reach = ON_EDGE * float(np.linalg.norm(np.ptp(blocks.vertices[blocks.vertex_block == block], axis=0)))
+    if _lie_along_each_other(blocks.vertices, edges, reach):
+        return (
+            f'block "{names[block]}": corners of some faces lie on edges of others, which lack them {told}; '
+            f"list them in both{ADVICE}put them there"
+        )
+    return f'block "{names[block]}": its surface is open {told}; blocks must be closed solids'
+
+
+def _lie_along_each_other(vertices: np.ndarray, edges: np.ndarray, reach: float) -> bool:
+    """Whether open edges leave nothing open once each has the corners that lie on it."""
+    on = corners_on_edges(vertices, edges, reach)
+    rows = [np.array([a, *between, b]) for (a, b), between in zip(edges, on, strict=True)]
+    pieces = np.sort(np.concatenate([np.column_stack([row[:-1], row[1:]]) for row in rows]), axis=1)
+    return bool((np.unique(pieces, axis=0, return_counts=True)[1] % 2 == 0).all())
+
+
+def corners_on_edges(vertices: np.ndarray, edges: np.ndarray, distance: float) -> list[np.ndarray]:
+    """Find the corners of other edges that lie on an edge.
+
+    Parameters
+    ----------
+    vertices : array of float, shape (n_vertices, 3)
+        Vertices [m].
+    edges : array of int, shape (n_edges, 2)
+        The two vertices of each edge, at different places.
+    distance : float
+        A corner that is no further from the edge than this lies on it [m].
+
+    Returns
+    -------
+    list of array of int
+        For each edge the corners between its ends, from the first to the second.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [3, 0, 0], [2, 0, 0], [1, 0, 0]])
+    >>> [own.tolist() for own in corners_on_edges(corners, np.array([[0, 1], [0, 3], [3, 2], [2, 1]]), 0.0)]
+    [[3, 2], [], [], []]
+    """
+    from scipy.spatial import KDTree
+
+    used = np.unique(edges)
+    start, line = vertices[edges[:, 0]], vertices[edges[:, 1]] - vertices[edges[:, 0]]
+    reach = np.linalg.norm(line, axis=1) / 2 * (1 + 1e-9) + distance
+    found = []
+    for k, near in enumerate(KDTree(vertices[used]).query_ball_point(start + line / 2, reach)):
+        own = np.setdiff1d(used[near], edges[k])
+        along = (vertices[own] - start[k]) @ line[k] / (line[k] @ line[k])
+        off = np.linalg.norm(vertices[own] - start[k] - along[:, None] * line[k], axis=1)
+        on = (along > 0) & (along < 1) & (off <= distance)
+        found.append(own[on][np.argsort(along[on])])
+    return found
 
 
 def _warn_of_several_solids(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> dict[int, np.ndarray]:
