@@ -65,6 +65,44 @@ def test_a_frame_stands_for_a_transformation(files, tmp_path):
     np.testing.assert_allclose(read(path).centroid, [[0, 2, 7], [0, 2, 8]], atol=1e-14)
 
 
+def _of_an_older_version(data, renamed):
+    """A file without lists of bases, with some classes of another name."""
+    if isinstance(data, dict):
+        kept = {key: _of_an_older_version(own, renamed) for key, own in data.items() if key != "inheritance"}
+        return kept | ({"dtype": renamed.get(data["dtype"], data["dtype"])} if "dtype" in data else {})
+    return [_of_an_older_version(own, renamed) for own in data] if isinstance(data, list) else data
+
+
+@pytest.mark.parametrize(
+    ("name", "renamed"),
+    [
+        ("assembly", {"compas_assembly.datastructures/Assembly": "compas_cra.datastructures/CRA_Assembly"}),
+        ("bare_assembly", {"compas_assembly.datastructures/Block": "compas_cra.datastructures/CRA_Block"}),
+        ("plain_model", {"compas_model.models/Model": "compas_grid.models/GridModel"}),
+        ("model", {"compas.datastructures/Mesh": "compas_dem.elements/BlockMesh"}),
+    ],
+)
+def test_derived_classes_of_files_without_a_list_of_bases_are_read(files, tmp_path, name, renamed):
+    data = _of_an_older_version(json.loads((files / f"{name}.json").read_text()), renamed)
+    text = json.dumps(data)
+    assert "inheritance" not in text
+    assert all(own in text for own in renamed.values())
+    (tmp_path / f"{name}.json").write_text(text)
+    assert_same(read(tmp_path / f"{name}.json"), json.loads((files / f"{name}.expected.json").read_text()))
+
+
+def test_a_graph_of_something_else_is_no_assembly(files, tmp_path):
+    data = _of_an_older_version(
+        json.loads((files / "assembly.json").read_text()),
+        {"compas_assembly.datastructures/Assembly": "mine.datastructures/Truss"},
+    )
+    nodes = data["data"]["graph"]["data"]["node"]
+    del next(iter(nodes.values()))["block"]
+    (tmp_path / "truss.json").write_text(json.dumps(data))
+    with pytest.raises(InputError, match=r'dtype is "mine\.datastructures/Truss"; known are: '):
+        read(tmp_path / "truss.json")
+
+
 def test_modifiers_are_not_applied_silently(files, tmp_path):
     data = json.loads((files / "model.json").read_text())
     data["data"]["graph"]["edge"]["0"] = {"1": {"modifiers": [{"dtype": "x/Y", "data": {}}]}}

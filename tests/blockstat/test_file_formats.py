@@ -487,16 +487,66 @@ def test_a_folder_is_read_in_the_order_of_its_numbers(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert len(folder_parts(folder, supports=["s0"]).blocks) == 12
-    for other in ("s12.obj", "s2.GLB", "g/s3.obj"):
+    for other in ("s12.glb", "s2.GLB", "g/s3.glb"):
         (folder / other).write_text("not looked at")
-    with pytest.warns(InputWarning, match=r"stones: of a directory \.ply and \.stl are read, and not ") as told:
+    with pytest.warns(InputWarning, match=r"stones: of a directory \.ply, \.stl and \.obj are read, and not ") as told:
         assert len(folder_parts(folder, supports=["s0"]).blocks) == 12
-    assert str(told[0].message).endswith(" and not g/s3.obj, s2.GLB, s12.obj")
+    assert str(told[0].message).endswith(" and not g/s3.glb, s2.GLB, s12.glb")
     (folder / "g" / "bad.STL").write_text("no stone")
     with pytest.raises(InputError, match=r"^g/bad\.STL: "):
         folder_parts(folder, supports=["s0"])
-    with pytest.raises(InputError, match=r"already holds \.ply or \.stl files"):
+    with pytest.raises(InputError, match=r"already holds \.ply, \.stl or \.obj files"):
         write(asm, folder)
+
+
+def obj_of(*cubes):
+    """Text of an OBJ of unit cubes at places along x, each an object of the name before its place."""
+    lines = []
+    for k, (label, x) in enumerate(cubes):
+        cube = box((x, 0, 0), (x + 1, 1, 1))
+        lines += [f"o {label}"] * bool(label)
+        lines += [f"v {a} {b} {c}" for a, b, c in np.asarray(cube.vertices).tolist()]
+        lines += ["f " + " ".join(str(8 * k + corner + 1) for corner in face) for face in cube.faces]
+    return "\n".join(lines) + "\n"
+
+
+def test_a_folder_of_obj_files_is_a_block_a_file_or_an_object(tmp_path):
+    for place in ("wall/north", "empty"):
+        (tmp_path / place).mkdir(parents=True)
+    (tmp_path / "piece10.obj").write_text(obj_of(("Cube", 10)))
+    (tmp_path / "piece2.OBJ").write_text("vertex count = 8\n" + obj_of(("", 2)))
+    (tmp_path / "wall" / "north" / "pair.obj").write_text(obj_of(("left", 4), ("right", 6)))
+    write(assembly([box((20, 0, 0), (21, 1, 1), name="round")]), tmp_path / "more", format="stl")
+    parts = read_parts(tmp_path, supports=["piece2"])
+    assert {(own.name, own.group) for own in parts.blocks} == {
+        ("piece2", ""),
+        ("piece10", ""),
+        ("pair.left", "wall.north"),
+        ("pair.right", "wall.north"),
+        ("round", "more"),
+    }
+    asm = Assembly.from_blocks(parts.blocks)
+    assert dict(zip(asm.names, asm.centroid[:, 0].tolist(), strict=True)) == pytest.approx(
+        {"piece2": 2.5, "piece10": 10.5, "pair.left": 4.5, "pair.right": 6.5, "round": 20.5}
+    )
+    assert asm.names.index("piece2") < asm.names.index("piece10")
+    (tmp_path / "wall" / "none.obj").write_text("v 0 0 0\n")
+    with pytest.raises(InputError, match=r"wall/none\.obj: is no surface of faces"):
+        read_parts(tmp_path, supports=["piece2"])
+    with pytest.raises(InputError, match=r"the directory holds no \.ply, \.stl or \.obj files"):
+        read_parts(tmp_path / "empty", supports=[0])
+
+
+def test_what_our_obj_files_note_counts_in_a_folder_too(tmp_path):
+    for name, x, friction in (("a", 0, 0.5), ("b", 2, 0.5), ("c", 4, 0.6)):
+        asm = Assembly.from_blocks([box((x, 0, 0), (x + 1, 1, 1))], supports=[0][: x == 0], friction=friction)
+        write(asm.with_(density=1800.0 + x), tmp_path / f"{name}.obj")
+    with pytest.raises(InputError, match="its files say different values of friction"):
+        read_parts(tmp_path)
+    (tmp_path / "c.obj").unlink()
+    parts = read_parts(tmp_path)
+    assert (list(parts.supports), parts.options["friction"]) == ([0], 0.5)
+    assert [own.density for own in parts.blocks] == [1800.0, 1802.0]
 
 
 @pytest.mark.parametrize(("name", "file"), [

@@ -202,7 +202,7 @@ def test_a_directory_holds_one_file_a_block(tmp_path, chapel, format):
 
 
 def test_bad_directories(tmp_path):
-    with pytest.raises(InputError, match=r"the directory holds no \.ply or \.stl files"):
+    with pytest.raises(InputError, match=r"the directory holds no \.ply, \.stl or \.obj files"):
         read(tmp_path, supports=[0])
     (tmp_path / "stone.stl").write_text("not a mesh")
     with pytest.raises(InputError, match=r"stone\.stl: cannot be read as a mesh|stone\.stl: is no surface"):

@@ -195,6 +195,81 @@ def test_a_surface_in_the_notch_of_another_is_no_cavity():
     assert sound.volume[0] == pytest.approx(9 * 3 + 1)
 
 
+TURN = np.linalg.qr(np.array([[3.0, 1, 2], [1, 4, 1], [-2, 1, 5]]))[0]
+
+
+def tees(*shares_of_faces, edge=(5, 6), off=0.0):
+    """A box of 1 by 2 by 3 m with corners at shares of an edge, each known to one of the two faces of that edge alone.
+
+    The corners are off the edge to the outside by a length.
+    """
+    solid = box((0, 0, 0), (1, 2, 3), name="tee")
+    points, faces = [list(point) for point in solid.vertices], [list(face) for face in solid.faces]
+    beside = [k for k, face in enumerate(faces) if set(edge) <= set(face)]
+    a, b = (np.array(points[corner]) for corner in edge)
+    out = (a + b) / 2 - (0.5, 1.0, 1.5)
+    for k, shares in zip(beside, shares_of_faces, strict=False):
+        at = faces[k].index(edge[0])
+        ahead = faces[k][(at + 1) % 4] == edge[1]
+        added = []
+        for share in shares:
+            points.append((a + share * (b - a) + off * out / np.linalg.norm(out)).tolist())
+            added.append(len(points) - 1)
+        place = at + 1 if ahead else at
+        faces[k][place:place] = added if ahead else added[::-1]
+    return Block(np.array(points), faces, "tee")
+
+
+@pytest.mark.parametrize("edge", [(0, 1), (5, 6), (2, 6)])
+@pytest.mark.parametrize("shares", [[[0.5]], [[0.25, 0.5, 0.9]], [[0.2, 0.7], [0.4]], [[0.1], [0.3, 0.8, 0.9]]])
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e4])
+@pytest.mark.parametrize("turn", [np.eye(3), TURN], ids=["as it is", "turned"])
+def test_corners_on_edges_are_put_into_the_faces_that_lack_them(edge, shares, scale, turn):
+    block = tees(*shares, edge=edge)
+    block = Block(scale * (block.vertices @ turn.T + (1, -2, 3)), block.faces, "tee")
+    with pytest.raises(
+        InputError, match=r'block "tee": corners of some faces lie on edges .*let `blockstat repair` put'
+    ):
+        Assembly.from_blocks([block], supports=[0])
+    closed, report = repair([block], supports=[0])
+    assert closed.volume[0] == pytest.approx(6 * scale**3)
+    change, count = report.changes[0], sum(map(len, shares))
+    assert (change.inserted, change.merged, change.dropped, change.turned) == (count, 0, 0, 0)
+    assert f"{counted(count, 'corner')} put into the edges that they lie on" in report.explain()
+    assert repair(closed)[1].outcome is RepairOutcome.UNCHANGED
+
+
+def test_corners_are_on_an_edge_within_the_distance_of_merging():
+    diagonal = 14**0.5
+    for off, merge, closes in ((0.9e-4, 1e-4, True), (1.1e-4, 1e-4, False), (1.1e-4, 2e-4, True)):
+        block = tees([0.5], off=off * diagonal)
+        if closes:
+            closed, report = repair([block], supports=[0], merge=merge)
+            assert closed.volume[0] == pytest.approx(6, rel=1e-3)
+            assert report.changes[0].inserted == 1
+        else:
+            with pytest.raises(InputError, match="its surface is open"):
+                repair([block], supports=[0], merge=merge)
+
+
+def test_a_turned_face_with_a_corner_on_its_edge_is_turned_and_closed():
+    block = tees([0.3], [0.6])
+    faces = [face[::-1] if k == 4 else face for k, face in enumerate(block.faces)]
+    closed, report = repair([Block(block.vertices, faces, "tee")], supports=[0])
+    assert closed.volume[0] == pytest.approx(6)
+    assert (report.changes[0].turned, report.changes[0].inserted) == (1, 2)
+
+
+@pytest.mark.parametrize("hole", range(6))
+def test_a_hole_stays_open_whatever_corners_lie_on_edges(hole):
+    block = tees([0.3], [0.6])
+    faces = [face for k, face in enumerate(block.faces) if k != hole]
+    for call in (repair, Assembly.from_blocks):
+        with pytest.raises(InputError, match='block "tee": its surface is open') as error:
+            call([Block(block.vertices, faces, "tee")], supports=[0])
+        assert "repair" not in str(error.value)
+
+
 def test_faces_far_from_flat_are_left_and_said():
     bent = box((0.0, 0, 0), (1, 1, 1), name="bent")
     bent.vertices[6] += [0, 0, 0.2]

@@ -125,6 +125,50 @@ def touching(*places):
     return Block(corners, faces, "pair")
 
 
+def voxels(*places, turn=None):
+    """The surface of unit cubes at places of a grid as one block: a face of a cube where no other cube is."""
+    corners, faces = {}, []
+    cube = box((0, 0, 0), (1, 1, 1))
+    for place in places:
+        for face in cube.faces:
+            own = [tuple(np.add(place, cube.vertices[c]).tolist()) for c in face]
+            beside = np.add(place, 2 * np.mean([cube.vertices[c] for c in face], axis=0) - 1)
+            if tuple(np.round(beside).astype(int).tolist()) not in places:
+                faces.append([corners.setdefault(corner, len(corners)) for corner in own])
+    points = np.array(list(corners), dtype=float)
+    return Block(points if turn is None else points @ turn.T, faces, "piece")
+
+
+TURNS = [None, np.linalg.qr(np.array([[3.0, 1, 2], [1, 4, 1], [-2, 1, 5]]))[0]]
+#: Five cubes, each on a face of the one before it; the first and the last share an edge alone.
+BENT = [(0, 0, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (1, 1, 0)]
+
+
+@pytest.mark.parametrize("turn", TURNS, ids=["as it is", "turned"])
+def test_a_solid_that_touches_itself_along_an_edge_is_one(turn):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for places in (BENT, BENT[::-1], [(0, 0, 0), (0, 0, 1), (0, 1, 1), (1, 1, 1), (1, 1, 0)]):
+            # The edge from (1, 1, 0) to (1, 1, 1) is one of four faces.
+            assert Assembly.from_blocks([voxels(*places, turn=turn)], supports=[0]).volume[0] == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize("turn", TURNS, ids=["as it is", "turned"])
+@pytest.mark.parametrize(
+    "places",
+    [
+        [(0, 0, 0), (1, 1, 0)],
+        [(0, 0, 0), (0, 0, 1), (1, 1, 1), (1, 1, 0)],
+        [(0, 0, 0), (1, 1, 1)],
+        [(0, 0, 0), (1, 1, 0), (1, 0, 1), (0, 1, 1)],
+    ],
+    ids=["an edge", "two edges", "a corner", "six edges of four cubes"],
+)
+def test_solids_that_share_edges_or_corners_alone_are_several(places, turn):
+    with pytest.warns(InputWarning, match="1 blocks hold separate solids that move as one"):
+        assert Assembly.from_blocks([voxels(*places, turn=turn)], supports=[0]).volume[0] == pytest.approx(len(places))
+
+
 @pytest.mark.parametrize("second", [(1, 0, 0), (1, 1, 0)], ids=["a face", "an edge"])
 def test_solids_of_one_block_that_touch_are_mentioned(second, tmp_path):
     import trimesh
@@ -260,7 +304,7 @@ def test_wild_numbers_and_types(tmp_path):
         assess(stack(1), loads=[["a"] * 6] * 2)
     with pytest.raises(InputError, match='gap is "x"'):
         assess(stack(1), gap="x")
-    with pytest.raises(InputError, match=r"the directory holds no \.ply or \.stl files"):
+    with pytest.raises(InputError, match=r"the directory holds no \.ply, \.stl or \.obj files"):
         read(tmp_path)
     assert assess(arch(3, 0.2).with_(support=np.ones(5, dtype=bool))).warnings == (
         "all blocks are supports; there was nothing to check",

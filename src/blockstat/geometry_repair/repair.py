@@ -1,8 +1,8 @@
 """Repair rough geometry on request, and say block by block what was changed.
 
-Real files have vertices listed once a face, faces turned inwards, quadrilaterals that are not quite flat, and joints
-that do not quite close. `repair` merges, turns, flattens and closes them.
-Nothing else in this package changes geometry.
+Real files have vertices listed once a face, corners on edges of faces that lack them, faces turned inwards,
+quadrilaterals that are not quite flat, and joints that do not quite close. `repair` merges, inserts, turns, flattens
+and closes them. Nothing else in this package changes geometry.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from blockstat.contact.overlap.penetration import overlaps, tell
 from blockstat.contact.tolerance import LOOSE
 from blockstat.errors import InputError, NoSupportError, known_options
 from blockstat.geometry.polyhedron import merged_vertices
-from blockstat.geometry.validity import check_geometry, without_advice
+from blockstat.geometry.validity import ON_EDGE, check_geometry, without_advice
 from blockstat.geometry_repair.common_planes import common_planes, meet
 from blockstat.geometry_repair.shared_corners import settled_faces, shared_corners
 from blockstat.geometry_repair.surface import RepairedSurface, repair_surface
@@ -31,7 +31,7 @@ from blockstat.result import Result, Sentence, counted, plain
 from blockstat.system.old_names import renamed_options
 from blockstat.typing import Floats
 
-MERGE = 1e-4  #: vertices closer than this, relative to the diagonal of their block's box, are one
+MERGE = ON_EDGE  #: vertices closer than this, relative to the diagonal of their block's box, are one
 WARP = 1e-2  #: faces whose corners are off their plane by no more than this, relative to the block, are made flat
 FAR = 4.0  #: a block of which a vertex would move further than this many tolerances is left as it was
 FLAT = 1e-6  #: faces further off their plane than this, relative to the block, are not flat
@@ -47,6 +47,7 @@ class Change:
     spread: float = 0.0  #: the furthest that merging moved a vertex [m]
     dropped: int = 0  #: faces left out: with fewer than three corners, there already, or walls inside the solid
     turned: int = 0  #: faces listed the other way round now
+    inserted: int = 0  #: corners put into the edges of other faces that they lie on
     warp: float = 0.0  #: the furthest that a corner was off its face, for faces that are flat now [m]
     joined: int = 0  #: faces that lie in one plane with those of other blocks now
     moved: float = 0.0  #: the furthest that flattening and closing moved a vertex [m]
@@ -72,6 +73,8 @@ class Change:
             said.append(f"{counted(self.dropped, 'face')} dropped")
         if self.turned:
             said.append(f"{counted(self.turned, 'face')} turned")
+        if self.inserted:
+            said.append(f"{counted(self.inserted, 'corner')} put into the edges that they lie on")
         if self.warp:
             said.append(f"faces flattened that were off by up to {_mm(self.warp)}")
         if self.joined:
@@ -177,7 +180,8 @@ def repair(
         are brought into one plane, as `find_interfaces` would take them for one joint. 0 closes nothing.
     merge : float, optional
         Vertices of a block closer than this fraction of the diagonal of its box are merged. Then faces that came to
-        nothing are dropped and the others turned outwards.
+        nothing are dropped, corners that lie on an open edge of another face, within the same distance, are put into
+        it, and faces are turned outwards.
     warp : float, optional
         Faces whose corners are off their plane by no more than this fraction of the size of the block are made flat.
     supports : iterable of str or int, optional
@@ -229,7 +233,14 @@ def repair(
         check_geometry(assembly, assembly.names)
     closed = any(change.joined for change in changes) and _open_joints(rough, gap) - _open_joints(assembly, gap)
     told = [
-        replace(change, merged=own.merged, spread=own.spread, dropped=own.dropped, turned=own.turned)
+        replace(
+            change,
+            merged=own.merged,
+            spread=own.spread,
+            dropped=own.dropped,
+            turned=own.turned,
+            inserted=own.inserted,
+        )
         for change, own in zip(changes, surfaces, strict=True)
     ]
     pairs, depth = overlaps(assembly, gap=gap or GAP)

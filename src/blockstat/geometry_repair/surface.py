@@ -1,4 +1,4 @@
-"""Repair the surface of one block: duplicate vertices, faces that came to nothing, faces turned the wrong way."""
+"""Repair the surface of one block: duplicate vertices, corners on edges, faces that came to nothing or look inwards."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from blockstat.geometry.components import connected_components
 from blockstat.geometry.convex_pieces import contains
 from blockstat.geometry.polyhedron import integrals
 from blockstat.geometry.triangulation import fans
+from blockstat.geometry.validity import corners_on_edges
 from blockstat.typing import Floats
 
 Faces = list[list[int]]
@@ -27,13 +28,15 @@ class RepairedSurface:
     spread: float  #: the furthest that merging moved a vertex [m]
     dropped: int  #: faces left out: with fewer than three corners, there already, or walls inside the solid
     turned: int  #: faces listed the other way round now
+    inserted: int  #: corners put into the edges of faces that they lie on
 
 
 def repair_surface(vertices: Floats, faces: Sequence[Sequence[int]], distance: float) -> RepairedSurface:
     """Repair the surface of one block.
 
-    Vertices that are close become one, faces that come to nothing and walls inside the solid are dropped, and the
-    others are turned outwards. The two ends of the slit between a face and its hole stay two vertices.
+    Vertices that are close become one, faces that come to nothing and walls inside the solid are dropped, corners are
+    put into the open edges of other faces that they lie on, and faces are turned outwards. The two ends of the slit
+    between a face and its hole stay two vertices.
 
     Parameters
     ----------
@@ -42,7 +45,7 @@ def repair_surface(vertices: Floats, faces: Sequence[Sequence[int]], distance: f
     faces : sequence of sequences of int
         Vertex indices of each face.
     distance : float
-        Vertices closer than this become one [m].
+        Vertices closer than this become one, and corners no further from an open edge than this lie on it [m].
 
     Returns
     -------
@@ -52,6 +55,7 @@ def repair_surface(vertices: Floats, faces: Sequence[Sequence[int]], distance: f
     points, index = merge_vertices(vertices, distance)
     spread = float(np.linalg.norm(vertices - points[index], axis=1).max(initial=0.0))
     kept = _needed([[int(index[c]) for c in face] for face in faces])
+    kept, inserted = _with_corners_on_edges(points, kept, distance)
     turn = to_turn(points, kept)
     outward = [face[::-1] if turned else face for face, turned in zip(kept, turn, strict=True)]
     points, outward = _without_repeats(points, outward)
@@ -64,7 +68,29 @@ def repair_surface(vertices: Floats, faces: Sequence[Sequence[int]], distance: f
         spread,
         len(faces) - len(kept),
         sum(turn),
+        inserted,
     )
+
+
+def _with_corners_on_edges(points: Floats, faces: Faces, distance: float) -> tuple[Faces, int]:
+    """Faces with the corners of other faces that lie on their open edges, and how many there are.
+
+    A real hole stays open, for an edge takes no corner but of other open edges along it.
+    """
+    walked = Counter(frozenset(edge) for face in faces for edge in zip(face, face[1:] + face[:1], strict=True))
+    odd = [edge for edge, times in walked.items() if times % 2]
+    if not odd:
+        return faces, 0
+    ends = np.array([sorted(edge) for edge in odd])
+    on = dict(zip(odd, (own.tolist() for own in corners_on_edges(points, ends, distance)), strict=True))
+    found = []
+    for face in faces:
+        own: list[int] = []
+        for a, b in zip(face, face[1:] + face[:1], strict=True):
+            between = [corner for corner in on.get(frozenset((a, b)), ()) if corner not in face]
+            own += [a, *(between if a < b else between[::-1])]
+        found.append(own)
+    return found, sum(map(len, found)) - sum(map(len, faces))
 
 
 def _needed(faces: Faces) -> Faces:

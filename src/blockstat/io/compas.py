@@ -10,8 +10,10 @@ here are
     compas.datastructures/Mesh               {attributes, vertex: {key: {x, y, z}}, default_vertex_attributes,
                                               face: {key: [key, ...]}}
 
-and classes derived from them. An element stands where the transformations of the model, of its ancestors in the tree
-and its own put it; groups above it make its group. Recorded interfaces are not read: `find_interfaces` finds them.
+and classes derived from them. `inheritance` names the bases of a class; files of older versions have no such list, and
+what an object holds tells there what it is (a `CRA_Assembly` of compas_cra or a `GridModel` of compas_grid). An element
+stands where the transformations of the model, of its ancestors in the tree and its own put it; groups above it make its
+group. Recorded interfaces are not read: `find_interfaces` finds them.
 
 Sources: `__data__` and `__jsondump__` of the classes in compas 2.15.1, compas_assembly 0.7.1, compas_model 0.9.3 and
 compas_dem 0.6.0.
@@ -21,7 +23,7 @@ from __future__ import annotations
 
 import warnings
 from ast import literal_eval
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial, reduce
 from typing import Any, TypeVar
@@ -41,6 +43,9 @@ MODEL = "compas_model.models/Model"
 BLOCK_MODEL = "compas_dem.models/BlockModel"
 GROUP = "compas_model.elements/Group"
 MESH = "compas.datastructures/Mesh"
+#: What an object of each of these classes holds, whatever its own class.
+HELD = {ASSEMBLY: {"graph"}, MODEL: {"elements", "tree", "graph"}, MESH: {"vertex", "face"}}
+CELLS = "cell"  #: what a cell network holds beside what a mesh does
 EXACT = 1e-9  #: the last row of a matrix may be off by this, as inverses of COMPAS are
 
 
@@ -50,10 +55,25 @@ class _Object(msgspec.Struct):
     dtype: str
     data: dict[str, Any]
     name: str | None = None
-    inheritance: list[str] = []
+    inheritance: list[str] | None = None  #: none in a file of an older version
 
     def is_a(self, *classes: str) -> bool:
-        return any(name in classes for name in (self.dtype, *self.inheritance))
+        bases = self._bases() if self.inheritance is None else self.inheritance
+        return any(name in classes for name in (self.dtype, *bases))
+
+    def _bases(self) -> Iterator[str]:
+        """The known classes that it may be derived from, where a file has no list of bases, by what it holds."""
+        for base, keys in HELD.items():
+            if keys <= self.data.keys() and CELLS not in self.data and (base != ASSEMBLY or self._has_blocks()):
+                yield base
+
+    def _has_blocks(self) -> bool:
+        """Whether its graph has a block at every node: that of another object has not."""
+        try:
+            nodes = msgspec.convert(self.data["graph"], _Object).data.get("node")
+        except msgspec.ValidationError:
+            return False
+        return isinstance(nodes, dict) and all(isinstance(own, dict) and "block" in own for own in nodes.values())
 
 
 class _Graph(msgspec.Struct):

@@ -1,4 +1,4 @@
-"""A directory of PLY or STL files, one block a file: the file is named like the block, its directory is the group.
+"""A directory of PLY, STL or OBJ files, one block a file: the file is named like the block, its directory is the group.
 
 The parts of a dotted group are directories in one another. Characters that file systems refuse are written as %XX.
 """
@@ -11,22 +11,21 @@ import warnings
 from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from blockstat.assembly import Block
 from blockstat.errors import InputError, InputWarning, gathered, some
 from blockstat.io.mesh import block_mesh, read_whole
 from blockstat.io.names import distinct_names
-from blockstat.io.parts import Parts, chosen_supports, spacings
+from blockstat.io.obj import Solid, read_obj
+from blockstat.io.parts import Parts, chosen_supports, is_marked, spacings
 from blockstat.system.writing import written_whole
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from blockstat.assembly import Assembly
 
-SOLIDS = (".ply", ".stl")
-OBJECTS = (".obj", ".glb")  #: meshes of several blocks, which are read one by one
+SOLIDS = (".ply", ".stl", ".obj")
+OBJECTS = (".glb",)  #: scenes of objects that are placed and turned, which are read one by one
 #: What some file system does not allow in a name, and % itself; on Windows, CON and the like are devices.
 REFUSED = re.compile(r'[%/\\:*?"<>|\x00-\x1f]|^\.|[. ]$|(?i:^(?=(?:con|prn|aux|nul|com\d|lpt\d)(?:\.|$))\w)')
 LONGEST = 255  #: bytes in the name of a file or a directory
@@ -46,43 +45,76 @@ def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> 
     Returns
     -------
     Parts
-        One block a file, in the unit of the files.
+        One block a file, and one an object of an OBJ of several, named "file.object"; in the unit of the files.
 
     Raises
     ------
     InputError
-        For a directory without such files, each file that holds no surface, or without supports.
+        For a directory without such files, each file that holds no surface, files that differ in what they note of
+        all blocks, or without supports.
 
     Warns
     -----
     InputWarning
-        Where files share a name, or the directory holds .obj and .glb files, which are not read.
+        Where blocks share a name, or the directory holds .glb files, which are not read.
     """
     files = sorted((p for p in path.rglob("*") if p.suffix.lower() in SOLIDS and p.is_file()), key=_natural)
     if not files:
-        raise InputError(f"the directory holds no {' or '.join(SOLIDS)} files")
+        raise InputError(f"the directory holds no {_listed('or')} files")
     if others := sorted((p for p in path.rglob("*") if p.suffix.lower() in OBJECTS and p.is_file()), key=_natural):
-        text = f"{path}: of a directory {' and '.join(SOLIDS)} are read, and not "
+        text = f"{path}: of a directory {_listed('and')} are read, and not "
         text += some([p.relative_to(path).as_posix() for p in others])
         warnings.warn(InputWarning(text), stacklevel=3)
-    groups = [".".join(map(_plain, file.relative_to(path).parts[:-1])) for file in files]
-    names = [_plain(file.stem) for file in files]
-    chosen = chosen_supports([], supports, names, "a mesh")
-    labels = distinct_names(names, chosen)
-    surfaces = gathered(partial(_surface, path, file) for file in files)
+    found = gathered(partial(_solids, path, file) for file in files)
+    solids = [solid for own, _ in found for solid in own]
+    names = [solid.name for solid in solids]
+    marks = gathered(partial(is_marked, own.name, "support", own.extras.get("support")) for own in solids)
+    chosen = chosen_supports([i for i, mark in enumerate(marks) if mark], supports, names, "a mesh")
     blocks = [
-        Block(vertices, faces, name, group)
-        for (vertices, faces), name, group in zip(surfaces, labels, groups, strict=True)
+        Block(own.vertices, own.faces, name, str(own.extras["group"]), own.extras.get("density"))
+        for own, name in zip(solids, distinct_names(names, chosen), strict=True)
     ]
-    apart = [spacings(file, [vertices])[0] for file, (vertices, _) in zip(files, surfaces, strict=True)]
-    return Parts(blocks, chosen, {"name": path.name}, spacing=apart)
+    apart = [
+        spacing
+        for file, (own, _) in zip(files, found, strict=True)
+        for spacing in spacings(file, [solid.vertices for solid in own])
+    ]
+    return Parts(blocks, chosen, {"name": path.name, **_said([said for _, said in found])}, spacing=apart)
 
 
-def _surface(path: Path, file: Path) -> tuple[np.ndarray, list[list[int]]]:
+def _listed(word: str) -> str:
+    return f"{', '.join(SOLIDS[:-1])} {word} {SOLIDS[-1]}"
+
+
+def _solids(path: Path, file: Path) -> tuple[list[Solid], dict[str, Any]]:
+    """The solids of a file, named and grouped by where it is, and what it says of all of them.
+
+    An OBJ of several objects holds several blocks; all else is one block, also where it is several surfaces.
+    """
+    place = file.relative_to(path)
+    name, group = _plain(file.stem), ".".join(map(_plain, place.parts[:-1]))
     try:
-        return read_whole(file)
+        if file.suffix.lower() != ".obj":
+            vertices, faces = read_whole(file)
+            return [Solid(name, vertices, faces, {"group": group})], {}
+        solids, said = read_obj(file)
+        if not solids:
+            raise InputError("is no surface of faces")
     except InputError as error:
-        raise error.under(file.relative_to(path).as_posix()) from None
+        raise error.under(place.as_posix()) from None
+    labels = [name if len(solids) == 1 else f"{name}.{own.name or k}" for k, own in enumerate(solids)]
+    return [
+        own._replace(name=label, extras=own.extras | {"group": ".".join(filter(None, (group, own.extras["group"])))})
+        for own, label in zip(solids, labels, strict=True)
+    ], said
+
+
+def _said(notes: list[dict[str, Any]]) -> dict[str, Any]:
+    """Friction and gravity that files note. Raises InputError where they differ: an assembly has one of each."""
+    found = {key: [said[key] for said in notes if key in said] for key in ("friction", "gravity")}
+    if wrong := [f"its files say different values of {key}" for key, own in found.items() if own != own[:1] * len(own)]:
+        raise InputError(*wrong)
+    return {key: own[0] for key, own in found.items() if own}
 
 
 def write_folder(assembly: Assembly, path: Path, suffix: str) -> None:
@@ -104,7 +136,7 @@ def write_folder(assembly: Assembly, path: Path, suffix: str) -> None:
         nothing is written then.
     """
     if path.is_dir() and any(p.suffix.lower() in SOLIDS for p in path.rglob("*")):
-        raise InputError(f"{path}: already holds {' or '.join(SOLIDS)} files, which would be read as blocks too")
+        raise InputError(f"{path}: already holds {_listed('or')} files, which would be read as blocks too")
     files = [
         path.joinpath(*(map(_quoted, group.split(".")) if group else ()), f"{_quoted(name)}{suffix}")
         for name, group in zip(assembly.names, assembly.groups, strict=True)

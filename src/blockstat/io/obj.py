@@ -30,7 +30,7 @@ class Solid(NamedTuple):
     """One object of a file."""
 
     name: str
-    vertices: list[tuple[float, float, float]]
+    vertices: Any  #: one row a vertex
     faces: list[list[int]]
     extras: dict[str, Any]
 

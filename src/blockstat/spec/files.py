@@ -206,7 +206,7 @@ def read(
     """Read an assembly of any file.
 
     Files are native or COMPAS JSON, a scene in TOML (built on the spot), a mesh with one solid a block, or a directory
-    of PLY or STL files with one block a file (named like it, groups are directories).
+    of PLY, STL or OBJ files with one block a file (named like it, groups are directories).
 
     Parameters
     ----------
