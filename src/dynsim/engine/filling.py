@@ -56,14 +56,32 @@ def _fills(surface: Floats, planes: Floats, depth: float) -> bool:
     for plane in planes:
         if not len(left):
             break
-        left, corners = _polygons_above(left, corners, -(left @ plane[:3] + plane[3]) - depth)
+        left, corners = polygons_above(left, corners, -(left @ plane[:3] + plane[3]) - depth)
     return bool(len(left))
 
 
-def _polygons_above(polygon: Floats, corners: Ints, height: Floats) -> tuple[Floats, Ints]:
-    """The parts of convex polygons where a height is positive, and the numbers of their corners.
+def polygons_above(polygon: Floats, corners: Ints, height: Floats) -> tuple[Floats, Ints]:
+    """Return the parts of convex polygons where a height is not negative.
 
-    A part of a triangle stays one polygon, whatever number of planes cuts it. In triangles, it would be cut into more
+    Parameters
+    ----------
+    polygon : array of float, shape (n, k, 3)
+        Corners of the polygons in turn [m].
+    corners : array of int, shape (n,)
+        How many corners each has; what follows in its row is ignored.
+    height : array of float, shape (n, k)
+        Height of each corner [m].
+
+    Returns
+    -------
+    part : array of float, shape (m, l, 3)
+        Corners of the parts [m]; polygons that reach above height 0 nowhere are left out.
+    corners : array of int, shape (m,)
+        How many corners each has.
+
+    Notes
+    -----
+    The part of a triangle stays one polygon, whatever number of planes cuts it. As triangles, it would be cut into more
     of them by every plane.
     """
     own = np.arange(polygon.shape[1]) < corners[:, None]
