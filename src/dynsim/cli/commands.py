@@ -169,7 +169,9 @@ def _verify_one(
         check_path(output)
     if film is not None and (output is None or not 0 < film <= LONGEST):
         raise InputError(f"--film takes a positive number of seconds, at most {LONGEST:g}, and goes with -o FILE")
-    with at_work(f"simulating {assembly.n_blocks:,} blocks") as say:
+    # From the first look on, the run tells how far it is.
+    first = f"preparing {assembly.n_blocks:,} blocks (closing joints, cutting concave blocks, settling)"
+    with at_work(first) as say:
         verdict = evaluate(assembly, progress=shown(say, assembly.n_blocks, evaluate.keywords["settings"]))
 
     def write(verdict: DynamicVerdict, path: Path) -> None:

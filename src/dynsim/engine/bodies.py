@@ -11,6 +11,7 @@ from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import near_blocks
 from blockstat.contact.tolerance import GAP, allowed_gap
 from blockstat.errors import InputError
+from blockstat.geometry.components import connected_components
 from blockstat.geometry.triangulation import triangulate
 from blockstat.typing import Floats, Ints
 from dynsim.engine.decompose import FLUSH, Cut, convex_pieces
@@ -161,6 +162,42 @@ def _hull(points: Floats):
 
 
 def _cut(local: Floats, faces: Sequence[np.ndarray], size: float, depth: float, volume: float, *, exact: bool) -> Cut:
+    """Convex pieces of a concave block, of each of its separate solids by itself."""
+    solids = _solids(local, faces, size)
+    if len(solids) == 1:
+        return _cut_solid(local, faces, size, depth, volume, exact=exact)
+    found = []
+    for corners, own in solids:
+        own_volume = _volume(_split_alike(corners, own, size))
+        hull = _hull(corners)
+        if hull.volume <= (1 + CONVEX) * own_volume and not fills(corners[triangulate(corners, own)], [hull], depth):
+            found.append(Cut((corners[hull.vertices],), False))
+        else:
+            found.append(_cut_solid(corners, own, size, depth, own_volume, exact=exact))
+    return Cut(tuple(piece for cut in found for piece in cut.pieces), any(cut.filled for cut in found))
+
+
+def _solids(local: Floats, faces: Sequence[np.ndarray], size: float) -> list[tuple[Floats, list[Ints]]]:
+    """Corners and faces of each of the separate solids of a block; the whole block where one is a hollow in another."""
+    keys = np.round(local / (FLUSH * size)).astype(np.int64)
+    place = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
+    sides = np.concatenate([place[np.stack([face, np.roll(face, -1)], axis=1)] for face in faces])
+    label = connected_components(int(place.max()) + 1, sides)[1][place]
+    owner = label[[face[0] for face in faces]]
+    found = []
+    for part in np.unique(owner):
+        own = [face for face, its in zip(faces, owner, strict=True) if its == part]
+        kept, renumbered = np.unique(np.concatenate(own), return_inverse=True)
+        ends = np.cumsum([len(face) for face in own])[:-1]
+        found.append((local[kept], np.split(renumbered.reshape(-1), ends)))
+    if any(_volume(_split_alike(corners, own, size)) <= 0 for corners, own in found):
+        return [(local, list(faces))]
+    return found
+
+
+def _cut_solid(
+    local: Floats, faces: Sequence[np.ndarray], size: float, depth: float, volume: float, *, exact: bool
+) -> Cut:
     """Convex pieces of a concave block: exact cuts, or CoACD (Wei et al. 2022) where those fail."""
     if exact and (found := convex_pieces(_split_alike(local, faces, size), size, depth, exact=True)):
         if not found.filled:

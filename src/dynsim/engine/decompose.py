@@ -51,6 +51,9 @@ FLUSH = 1e-7
 INSIDE = 0.01
 #: More pieces than this and the cutting has failed.
 MOST_PIECES = 40
+#: Pieces between the planes of the faces may be more: they are disjoint, and stones with meshed curved faces of some
+#: hundred triangles need up to sixty.
+MOST_BETWEEN_PLANES = 100
 
 
 class Cut(NamedTuple):
@@ -93,7 +96,7 @@ def convex_pieces(surface: Floats, size: float, depth: float, *, exact: bool = F
             yield Cut(tuple(star), False) if (star := star_pieces(surface, size)) else None
         for shallow, near, error in ATTEMPTS:
             yield judged(_cut_up(surface, shallow * size, near * size, size), error)
-        yield judged(pieces_between_planes(surface, depth, FLUSH * size, MOST_PIECES), PARTITION)
+        yield judged(pieces_between_planes(surface, depth, FLUSH * size, MOST_BETWEEN_PLANES), PARTITION)
 
     first = None
     for found in cuts():

@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.geometry.convex_pieces import contains
 from blockstat.geometry.convex_pieces import convex_pieces as between_planes
 from blockstat.geometry.inscribed_ball import inscribed_balls
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
@@ -49,12 +49,55 @@ def _fills(surface: Floats, planes: Floats, depth: float) -> bool:
         return True
     # Triangles with all corners in front of one face of the core stay out of it.
     below = -(surface @ planes[:, :3].T + planes[:, 3]) - depth
-    left = surface[(below.max(axis=1) > 0).all(axis=1)]
+    near = (below.max(axis=1) > 0).all(axis=1)
+    if (below[near] > 0).all(axis=2).any():  # a corner in the core
+        return True
+    left, corners = surface[near], np.full(near.sum(), 3)
     for plane in planes:
         if not len(left):
             break
-        left = part_above(left, -(left @ plane[:3] + plane[3]) - depth)
+        left, corners = polygons_above(left, corners, -(left @ plane[:3] + plane[3]) - depth)
     return bool(len(left))
+
+
+def polygons_above(polygon: Floats, corners: Ints, height: Floats) -> tuple[Floats, Ints]:
+    """Return the parts of convex polygons where a height is not negative.
+
+    Parameters
+    ----------
+    polygon : array of float, shape (n, k, 3)
+        Corners of the polygons in turn [m].
+    corners : array of int, shape (n,)
+        How many corners each has; what follows in its row is ignored.
+    height : array of float, shape (n, k)
+        Height of each corner [m].
+
+    Returns
+    -------
+    part : array of float, shape (m, l, 3)
+        Corners of the parts [m]; polygons that reach above height 0 nowhere are left out.
+    corners : array of int, shape (m,)
+        How many corners each has.
+
+    Notes
+    -----
+    The part of a triangle stays one polygon, whatever number of planes cuts it. As triangles, it would be cut into more
+    of them by every plane.
+    """
+    own = np.arange(polygon.shape[1]) < corners[:, None]
+    reach = (own & (height > 0)).any(axis=1)
+    polygon, corners, height, own = polygon[reach], corners[reach], height[reach], own[reach]
+    following = np.where(np.arange(1, polygon.shape[1] + 1) < corners[:, None], np.arange(1, polygon.shape[1] + 1), 0)
+    after = np.take_along_axis(height, following, axis=1)
+    crossed = own & (height * after < 0)
+    share = np.where(crossed, height, 0.0) / np.where(crossed, height - after, 1.0)
+    crossing = polygon + share[..., None] * (np.take_along_axis(polygon, following[..., None], axis=1) - polygon)
+    # After each corner that stays comes the point where the edge from it crosses the plane.
+    points = np.stack([polygon, crossing], axis=2).reshape(len(polygon), 2 * own.shape[1], 3)
+    kept = np.stack([own & (height >= 0), crossed], axis=2).reshape(len(polygon), 2 * own.shape[1])
+    count = kept.sum(axis=1)
+    order = np.argsort(~kept, axis=1, kind="stable")[:, : count.max(initial=0)]
+    return np.take_along_axis(points, order[..., None], axis=1), count
 
 
 def part_above(soup: Floats, height: Floats) -> Floats:

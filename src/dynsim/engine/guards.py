@@ -6,6 +6,7 @@ wrong. Files are checked where they are read. An assembly can be changed afterwa
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import ceil
 
 import numpy as np
@@ -215,7 +216,7 @@ def _outward(place: Floats) -> Floats:
         return np.concatenate([along, -along])
 
 
-def check_overlap(assembly: Assembly, pair: tuple[int, int], depth: float) -> None:
+def check_overlap(assembly: Assembly, pair: tuple[int, int], depth: float, filled: Sequence[str] = ()) -> None:
     """Check that two blocks do not start so far inside each other that they would fly apart.
 
     Parameters
@@ -226,18 +227,27 @@ def check_overlap(assembly: Assembly, pair: tuple[int, int], depth: float) -> No
         The two blocks.
     depth : float
         How far they overlap [m].
+    filled : sequence of str, optional
+        Names of the blocks whose convex pieces fill recesses of theirs.
 
     Raises
     ------
     InputError
-        For a deeper overlap; the message names both blocks.
+        For a deeper overlap; the message names both blocks. Where pieces fill a recess of one of them, it does not say
+        that the blocks overlap: only their pieces are known to.
     """
     size = float(np.median(assembly.size[~assembly.support]))
     if depth > OVERLAP * size:
         a, b = (assembly.names[block] for block in pair)
+        most = f"At most {1e3 * OVERLAP * size:.3g} mm (1/20 of the block size) is simulated"
+        if own := " and ".join(f'"{name}"' for name in (a, b) if name in filled):
+            raise InputError(
+                f"no cut of {own} into convex pieces was found that leaves the recesses open; the pieces of "
+                f'"{a}" and "{b}" overlap by {1e3 * depth:.3g} mm, though the blocks may not, and Bullet would throw '
+                f"them apart. {most}; draw {own} with fewer and larger faces, or as several blocks"
+            )
         raise InputError(
-            f'blocks "{a}" and "{b}" overlap by {1e3 * depth:.3g} mm; Bullet would throw them apart. '
-            f"At most {1e3 * OVERLAP * size:.3g} mm (1/20 of the block size) is simulated"
+            f'blocks "{a}" and "{b}" overlap by {1e3 * depth:.3g} mm; Bullet would throw them apart. {most}'
         )
 
 

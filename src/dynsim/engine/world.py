@@ -421,7 +421,7 @@ class World:
         Raises
         ------
         InputError
-            Naming two blocks that overlap so far that Bullet would throw them apart.
+            Naming two blocks that overlap, or whose pieces do, so far that Bullet would throw them apart.
         """
         b = self._bullet
         b.performCollisionDetection(physicsClientId=self._client)
@@ -430,7 +430,8 @@ class World:
         if deepest is None or deepest[8] >= 0:
             return 0.0
         depth = -deepest[8] / self.length
-        check_overlap(self.assembly, (self._bodies.index(deepest[1]), self._bodies.index(deepest[2])), depth)
+        pair = self._bodies.index(deepest[1]), self._bodies.index(deepest[2])
+        check_overlap(self.assembly, pair, depth, self.filled)
         return depth
 
     def drive(self, source: Action, acceleration: Floats) -> None:
