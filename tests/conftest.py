@@ -43,8 +43,19 @@ def run_command(capsys):
     return run
 
 
+@pytest.hookimpl(tryfirst=True)  # before those are left out that are not asked for
 def pytest_collection_modifyitems(config, items):
-    """Leave out what holds of a release alone unless it is asked for: `pytest -m release`."""
+    """Mark the tests that take long, and leave out what holds of a release alone unless asked for: `-m release`."""
+    long_tests = set((ROOT / "tests" / "long_tests.txt").read_text().splitlines())
+    for item in items:
+        if item.nodeid in long_tests:
+            item.add_marker(pytest.mark.slow)
+    if not any("::" in argument for argument in config.args):  # else a file is there in part
+        files = {item.nodeid.split("::")[0] for item in items}
+        there = {item.nodeid.split("[")[0] for item in items}
+        named = {name.split("[")[0] for name in long_tests if name.split("::")[0] in files}
+        if gone := sorted(named - there):
+            raise pytest.UsageError(f"tests/long_tests.txt names what is not there: {', '.join(gone)}")
     if "release" not in config.option.markexpr:
         for item in items:
             if item.get_closest_marker("release"):
