@@ -69,24 +69,53 @@ def joint_that_slides_alone(solver: StateSolver, linkage: Linkage, pose: Pose, m
     contacts = linkage.contacts
     slides = linkage.sliding & linkage.may_part & (contacts.friction > 0)
     joints = np.unique(contacts.joint[slides])
-    if linkage.associated or not 2 <= len(joints) <= MOST_JOINTS:
+    if linkage.associated or not 1 <= len(joints) <= MOST_JOINTS:
+        return None
+    tried = _joints_that_may_slide(linkage, joints)
+    if len(tried) < 2:
         return None
     shared = solver.first(linkage, pose, motion)
     if shared is None or not shared.forces.admissible:
         return None
-    most = np.inf if linkage.control is None else (1.0 + SAME_VALUE) * shared.point.value
+    most = np.inf if linkage.control is None else (1.0 + _same_value(linkage, tried)) * shared.point.value
     size = float(free_sizes(linkage.assembly).max())
-    found: list[tuple[float, int, int, SlidesAlone]] = []
-    for joint in joints.tolist():
-        own = linkage.sliding & (contacts.joint == joint)
+    found: list[tuple[float, int, int, Linkage, Floats]] = []
+    for joint in tried.tolist():
+        own = linkage.closed & (contacts.joint == joint)
         alone = replace(linkage, sticking=linkage.closed & ~own, sliding=own)
         state = solver.first(alone, pose, motion)
         if state is not None and state.forces.admissible and state.point.value <= most:
             tangent = state.point.tangent
             bearing, moving = _bearing(linkage, joint, tangent), int(tangent.any(axis=1).sum())
-            one = SlidesAlone(alone, tangent, bearing, _told(linkage, joints, joint))
-            found.append((round(bearing / (CORNER_TOLERANCE * size)), moving, joint, one))
-    return min(found)[-1] if found else None
+            found.append((bearing, moving, joint, alone, tangent))
+    alike = np.union1d(joints, np.array([one[2] for one in found], dtype=np.int64))
+    if not found or len(alike) < 2:
+        return None
+    same = CORNER_TOLERANCE * size + linkage.flaw_of_gaps
+    bearing, _, joint, alone, tangent = min(found, key=lambda one: (round(one[0] / same), *one[1:3]))
+    return SlidesAlone(alone, tangent, bearing, _told(linkage, alike, joint))
+
+
+def _joints_that_may_slide(linkage: Linkage, joints: Ints) -> Ints:
+    """The joints that slide, and those that would slide as well if the faces of all joints were planes.
+
+    Where tilts of faces tell multipliers apart, only the joint slides whose face happens to be tilted most.
+    """
+    if linkage.flaw_of_rates <= SAME_VALUE:
+        return joints
+    contacts, interfaces = linkage.contacts, linkage.structure.interfaces
+    closed = linkage.closed & (contacts.friction > 0) & (interfaces.area[contacts.joint] > 0)
+    every = np.union1d(joints, contacts.joint[closed])
+    return every if len(every) <= MOST_JOINTS else joints
+
+
+def _same_value(linkage: Linkage, joints: Ints) -> float:
+    """By how much the multipliers of joints may differ that are the same with plane joints, relative to them.
+
+    A block on a plane that is tilted by a slides at tan(phi + a), which differs from mu = tan(phi) by a (1 + mu^2).
+    """
+    friction = linkage.contacts.friction[np.isin(linkage.contacts.joint, joints)]
+    return SAME_VALUE + linkage.flaw_of_rates * float((friction + 1.0 / np.maximum(friction, SAME_VALUE)).max())
 
 
 def _bearing(linkage: Linkage, joint: int, motion: Floats) -> float:

@@ -52,6 +52,8 @@ def contact_status(
     contacts, closed = configuration.contacts, configuration.closed
     there = displaced_assembly(configuration.structure.assembly, configuration.pose)
     speed = max(float(corner_speed(there, motion).max(initial=0.0)), support_rate) or 1.0
+    size = float(free_sizes(configuration.structure.assembly).mean())
+    sticking_speed = max(sticking_speed, configuration.structure.outlines.flaw.rate(size))
     points = pair_points(configuration.structure.assembly, contacts, configuration.pose, configuration.parameter)
     place = edge_crossings(contacts, configuration.pose, points)[0].mean(axis=1)
     a, b = (point_velocity(there, motion, contacts.pair[:, k], place) for k in (0, 1))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from blockstat.contact.faces import FILLED, convex_pieces, joined_convex, outline_hull
 from blockstat.contact.interfaces import Interfaces
+from blockstat.large_displacement.displaced.contact_pairs import PARALLEL_SINE
 from blockstat.large_displacement.displaced.pose import side_sizes
 from blockstat.typing import Floats, Ints
 
@@ -22,6 +24,55 @@ SAME_FACE_SINE = 0.05
 #: to the block's size, and for a support to that of the block on it. Chosen: parallel faces of a block are further
 #: apart.
 SAME_FACE_DISTANCE = 1e-3
+
+
+#: Joints whose faces are warped, or tilted against each other, by more than this are meant so [rad]. Chosen: below it
+#: directions count as parallel elsewhere (`contact_pairs.PARALLEL_SINE`).
+LARGEST_TILT = PARALLEL_SINE
+
+
+class Flaw(NamedTuple):
+    """By how much the drawn faces of joints miss planes: the rounding of corners in files, and of far coordinates.
+
+    With plane joints a lintel on two piers slides freely on both. With corners off by a micrometre its bearings are
+    two planes that are not quite parallel: taken literally, it can slide along their line of intersection alone, which
+    is anywhere. So what follows from tilts of this size is not taken literally.
+    """
+
+    distance: float  #: largest distance of a corner of a joint from its plane [m]
+    tilt: float  #: largest angle between the normal of a joint and one that its corners would allow [rad]
+
+    def rate(self, length: float) -> float:
+        """Return by how much the rate of a contact between two bodies may be off, relative to their fastest motion.
+
+        Parameters
+        ----------
+        length
+            That rotations are multiplied by [m].
+
+        Returns
+        -------
+        float
+            A row of rates has a normal, which may be tilted, and the moment of that normal about the centroid of each
+            of two bodies, whose arm may be off by the distance along each axis.
+        """
+        return 2.0 * self.tilt + 2.0 * np.sqrt(3.0) * self.distance / length
+
+    def gap(self, slip: float) -> float:
+        """Return by how much a contact may be open or overlap where a linkage with plane joints keeps it closed.
+
+        Parameters
+        ----------
+        slip
+            How far a contact slides at most [m].
+
+        Returns
+        -------
+        float
+            Both points of a contact may be off by the distance along each axis, and a rotation of their blocks turns
+            these against each other; a contact that slides rises by the tilt [m].
+        """
+        return 2.0 * np.sqrt(3.0) * self.distance + self.tilt * slip
 
 
 class FaceOutlines:
@@ -61,6 +112,18 @@ class FaceOutlines:
                 corner[k, side, len(outline) :] = outline[-1]
         return np.array([k for k, _ in rows], dtype=np.int64), corner
 
+    @cached_property
+    def flaw(self) -> Flaw:
+        """How well the faces of all joints agree with planes; zero where some are far from plane, hence meant so."""
+        distance = tilt = 0.0
+        for joint in np.flatnonzero(self._interfaces.area > 0):
+            points = self._interfaces.point[self._interfaces.start[joint] : self._interfaces.start[joint + 1]]
+            reach = 0.5 * float(np.linalg.norm(np.ptp(points, axis=0)))
+            for corner in (face for side in (0, 1) for face in self._faces(int(joint), side)):
+                off, sine = _off_plane(corner, self._interfaces.frame[joint, 0])
+                distance, tilt = max(distance, off, sine * reach), max(tilt, sine)
+        return Flaw(distance, tilt) if tilt <= LARGEST_TILT else Flaw(0.0, 0.0)
+
     def _polygons(self, joint: int, side: int) -> list[Floats]:
         """Convex polygons in the joint's plane that the faces of one block fill, each of shape (n, 3) [m]."""
         import shapely
@@ -96,3 +159,16 @@ class FaceOutlines:
             return [points]
         start = assembly.face_start
         return [assembly.vertices[assembly.face_vertices[start[f] : start[f + 1]]] for f in rows]
+
+
+def _off_plane(corner: Floats, normal: Floats) -> tuple[float, float]:
+    """The largest distance of a face's corners from its mean plane [m], and the sine of its tilt against a normal.
+
+    A face that is warped is tilted, too, by that distance over half its width: its plane is that of some of its corners
+    as well.
+    """
+    arm = corner - corner.mean(axis=0)
+    _, _, axes = np.linalg.svd(arm, full_matrices=False)
+    off, width = float(np.abs(arm @ axes[2]).max()), float(np.ptp(arm @ axes[1]))
+    sine = float(np.linalg.norm(np.cross(axes[2], normal)))
+    return off, sine + (2.0 * off / width if width > 0 else 0.0)

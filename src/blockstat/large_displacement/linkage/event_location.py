@@ -14,7 +14,6 @@ from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEnd, PathPoint, PathState
 from blockstat.large_displacement.linkage.root_finding import NoRootError, root_of
 from blockstat.large_displacement.linkage.state_solver import StateSolver
-from blockstat.large_displacement.statics.equilibrium import ADHESION_TOLERANCE
 from blockstat.typing import Floats
 
 #: Accuracy of the parameter at which a contact closes or the multiplier is zero. Relative to the parameter, or absolute
@@ -193,7 +192,8 @@ def loss_of_equilibrium(
         near = solver.state_at(state, start + width)
         return state, beyond if near is None else near
     seen = {end: beyond, start: state}
-    level = 0.0 if state.forces.adhesion < -ADHESION_TOLERANCE else ADHESION_TOLERANCE
+    tolerance = max(state.forces.tolerance, beyond.forces.tolerance)
+    level = 0.0 if state.forces.adhesion < -tolerance else tolerance
 
     def excess(parameter: float) -> float:
         if parameter not in seen:

@@ -81,13 +81,16 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
     if linkage.control is not None:
         mechanism = mechanism - linkage.control.rate(assembly, pose, mechanism) * tangent
     sticking, sliding = contact_status(linkage.configuration(pose, parameter), mechanism)
-    opened = contacts.joint[linkage.closed & ~sticking & ~sliding].tolist()
+    opens = linkage.closed & ~sticking & ~sliding
+    opened = contacts.joint[opens].tolist()
     ties, slack = tie_status(linkage.configuration(pose, parameter), mechanism)
     falling = replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack)
     extent = float(np.ptp(assembly.vertices[~assembly.support[assembly.vertex_block]], axis=0).max())
     tolerance, travelled = ZERO_GAP * float(free_sizes(assembly).max()), 0.0
     lost = JumpEnd(None, pose, opened, [])
     direction = _direction(falling, pose, parameter, mechanism)
+    if direction is not None and opens.any() and not (opens & _opens(linkage, pose, parameter, direction)).any():
+        return lost
     step = FIRST_STEP * MAX_STEP * extent
     for _ in range(MAX_TRIALS):
         if direction is None or travelled >= FALLEN * extent:
@@ -124,6 +127,17 @@ def _direction(linkage: Linkage, pose: Pose, parameter: float, guess: Floats) ->
     there = displaced_assembly(linkage.assembly, pose)
     speed, given = (float(corner_speed(there, each).max(initial=0.0)) for each in (motion, guess))
     return motion / speed if speed > NO_MOTION * given else None
+
+
+def _opens(linkage: Linkage, pose: Pose, parameter: float, motion: Floats) -> np.ndarray:
+    """The closed contacts that open in a motion, shape (n_contacts,) bool.
+
+    A mechanism may open joints as they slide, while the linkage keeps them shut. What is left of a block that tips over
+    and turns about the vertical may be the turn alone, which is no fall.
+    """
+    sticking, sliding = contact_status(linkage.configuration(pose, parameter), motion)
+    found: np.ndarray = linkage.closed & ~sticking & ~sliding
+    return found
 
 
 def _first_closing(

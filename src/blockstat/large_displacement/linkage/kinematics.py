@@ -93,8 +93,10 @@ def tangent(linkage: Linkage, pose: Pose, parameter: float, guess: Floats) -> Fl
     guess = guess / rate if rate > 0 else guess
     equations = _equations(linkage, pose, parameter, guess)
     start = linkage.body_motions(guess)
-    found = start + _least_change(equations.matrix, equations.rate - equations.matrix @ start)
-    if np.abs(equations.matrix @ found - equations.rate).max(initial=0.0) > MAX_RATE_RESIDUAL:
+    found = start + _least_change(equations.matrix, equations.rate - equations.matrix @ start, linkage.flaw_of_rates)
+    missing = equations.matrix @ found - equations.rate
+    flaw = linkage.flaw_of_rates * np.sqrt(12.0) * float(np.abs(found).max(initial=0.0))  # of the motions of two bodies
+    if np.abs(missing).max(initial=0.0) > MAX_RATE_RESIDUAL and _rms(missing) > flaw:
         return None
     return linkage.block_motions(pose, found, equations.origin)
 
@@ -114,7 +116,7 @@ def motion_at_fixed_parameter(linkage: Linkage, pose: Pose, parameter: float, gu
     """
     equations = _equations(linkage, pose, parameter, guess)
     start = linkage.body_motions(guess)
-    found = start - _least_change(equations.matrix, equations.matrix @ start)
+    found = start - _least_change(equations.matrix, equations.matrix @ start, linkage.flaw_of_rates)
     return linkage.block_motions(pose, found, equations.origin)
 
 
@@ -160,14 +162,15 @@ def pose_at(
             matrix = np.vstack(rows) if isinstance(matrix, np.ndarray) else sparse.vstack(rows)
             missing = np.append(missing, distance)
         error = np.abs(missing).max(initial=0.0)
-        stagnates = error <= STAGNATED_RESIDUAL * size and error > STAGNATION * best
+        known = error <= STAGNATED_RESIDUAL * size or _rms(missing) <= linkage.flaw_of_gaps
+        stagnates = known and error > STAGNATION * best
         if error <= RESIDUAL_TOLERANCE * size or stagnates:
             return pose
         grows = error > best and best < np.inf and error > GROWING_RESIDUAL * size
         if not error < DIVERGED_RESIDUAL * size or grows:
             return None
         best = min(best, error)
-        pose = linkage.moved(pose, _least_change(matrix, missing), equations.origin)
+        pose = linkage.moved(pose, _least_change(matrix, missing, linkage.flaw_of_rates), equations.origin)
     return None
 
 
@@ -278,18 +281,28 @@ def _distance_along(
     return as_matrix([row], linkage.n_bodies, linkage.length), distance - done
 
 
-def _least_change(matrix: Any, missing: Floats) -> Floats:
-    """The shortest x that minimises |matrix @ x - missing|."""
+def _rms(residual: Floats) -> float:
+    """The root of the mean square of residuals: least squares make it no larger than that of any other motion."""
+    return float(np.sqrt(np.mean(residual**2))) if len(residual) else 0.0
+
+
+def _least_change(matrix: Any, missing: Floats, flaw: float) -> Floats:
+    """The shortest x that minimises |matrix @ x - missing|.
+
+    The matrix is off by `flaw` in each row, so by that times the root of the number of rows at most, and so are its
+    singular values (Weyl). Those below it may be zero. Its rows are as long as a unit normal at least.
+    """
     rows, unknowns = matrix.shape
     if not rows or not unknowns:
         return np.zeros(unknowns)
+    rank = flaw * np.sqrt(unknowns)
     if isinstance(matrix, np.ndarray):
-        found: Any = np.linalg.lstsq(matrix, missing, rcond=RANK_TOLERANCE)[0]
+        found: Any = np.linalg.lstsq(matrix, missing, rcond=max(RANK_TOLERANCE, rank))[0]
         return found
     from scipy.sparse.linalg import splu
 
     normal = (matrix.T @ matrix).tocsc()
-    shift = NORMAL_EQUATIONS_SHIFT * float(normal.diagonal().max())
+    shift = max(NORMAL_EQUATIONS_SHIFT, rank**2) * float(normal.diagonal().max())
     factor = splu(sparse.csc_matrix(normal + shift * sparse.eye_array(unknowns)))
     x = np.zeros(unknowns)
     for _ in range(REFINEMENTS):

@@ -151,6 +151,19 @@ class Linkage:
         """The length that rotations are multiplied by as unknowns [m]: the mean size of the free blocks."""
         return float(free_sizes(self.assembly).mean())
 
+    @cached_property
+    def flaw_of_rates(self) -> float:
+        """By how much the rate of a contact may be off, relative to the fastest motion (`FaceOutlines.flaw`)."""
+        return self.structure.outlines.flaw.rate(self.length)
+
+    @cached_property
+    def flaw_of_gaps(self) -> float:
+        """By how much a contact of a pose may be open or overlap where its faces miss planes [m].
+
+        A joint that has slid by a block has no contact any more.
+        """
+        return self.structure.outlines.flaw.gap(float(free_sizes(self.assembly).max()))
+
     @property
     def slides_with_friction(self) -> bool:
         """Whether a contact slides whose friction is not zero."""

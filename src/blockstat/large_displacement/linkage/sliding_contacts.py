@@ -59,7 +59,7 @@ def with_new_sliding_contacts(linkage: Linkage, pose: Pose, parameter: float, mo
     least = max(float(gap.min(initial=np.inf)), 0.0) if linkage.associated else 0.0
     if linkage.associated:  # such a joint is open as soon as it slides, and its strength is lost
         merged = replace(merged, area=np.where(new & (merged.friction > 0), 0.0, merged.area))
-    near = gap <= OVERLAP_GAP * float(free_sizes(linkage.assembly).max()) + least
+    near = gap <= OVERLAP_GAP * float(free_sizes(linkage.assembly).max()) + linkage.flaw_of_gaps + least
     was_sticking, was_sliding = (
         np.concatenate([mask[kept], np.zeros(new.sum(), bool)]) for mask in (linkage.sticking, linkage.sliding)
     )

@@ -8,6 +8,7 @@ import numpy as np
 
 from blockstat.analysis.problem import Problem
 from blockstat.certificate import check as certificate
+from blockstat.large_displacement.displaced.pose import free_sizes
 from blockstat.large_displacement.displaced.structure import Configuration
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.program.ties import tied_pairs
@@ -32,12 +33,14 @@ class EquilibriumForces:
     floating: tuple[int, ...]  #: blocks that nothing holds
     problem: Problem
     forces: Floats  #: at the points of `problem.interfaces`, in their frames, shape (n_points, 3) [N]
+    #: least adhesion that counts as none: more than `ADHESION_TOLERANCE` where the faces of joints miss planes
+    tolerance: float = ADHESION_TOLERANCE
     solved: bool = True  #: whether a solver has found them; one that has stalled says nothing of equilibrium
 
     @property
     def admissible(self) -> bool:
-        """Whether forces in equilibrium exist without adhesion, to `ADHESION_TOLERANCE`."""
-        return self.solved and self.adhesion <= ADHESION_TOLERANCE
+        """Whether forces in equilibrium exist without adhesion, to the tolerance."""
+        return self.solved and self.adhesion <= self.tolerance
 
 
 def forces_of(problem: Problem, force: Floats, twist: Floats, adhesion: float, proven: bool) -> EquilibriumForces:
@@ -132,9 +135,31 @@ def equilibrium_forces(configuration: Configuration, multiplier: float) -> Equil
         return EquilibriumForces(0.0, True, 0.0, none, (), problem, np.empty((0, 3)))
     answer = solve_margin(program, solver=configuration.structure.solver)
     adhesion = np.inf if answer.status.is_infeasible else least_adhesion(program, answer.force)
-    force, proven = checked(program, answer.force, settles=adhesion <= ADHESION_TOLERANCE)
+    tolerance = adhesion_tolerance(configuration, answer.force)
+    force, proven = checked(program, answer.force, settles=adhesion <= tolerance)
     found = forces_of(problem, force, answer.twist, adhesion, proven)
-    return replace(found, solved=proven or not answer.status.is_stalled)
+    return replace(found, solved=proven or not answer.status.is_stalled, tolerance=tolerance)
+
+
+def adhesion_tolerance(configuration: Configuration, force: Floats) -> float:
+    """Return the adhesion at each contact point up to which forces count as admissible.
+
+    Parameters
+    ----------
+    configuration
+        The displaced structure.
+    force
+        In the unit of the program, shape (n_points, 3).
+
+    Returns
+    -------
+    float
+        [mean block weights]. Forces that are admissible with plane joints are unbalanced where these miss planes, each
+        by the flaw of the rates. Corners are off independently of each other, so the squares add up.
+    """
+    structure = configuration.structure
+    flaw = structure.outlines.flaw.rate(float(free_sizes(structure.assembly).mean()))
+    return ADHESION_TOLERANCE + flaw * float(np.linalg.norm(force))
 
 
 def least_adhesion(program: PenaltyProgram, force: Floats) -> float:

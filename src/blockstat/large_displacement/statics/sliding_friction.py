@@ -16,14 +16,15 @@ from blockstat.analysis.verdict import relative_motion
 from blockstat.certificate import check as certificate
 from blockstat.large_displacement.displaced.structure import Configuration
 from blockstat.large_displacement.statics.equilibrium import (
-    ADHESION_TOLERANCE,
     EquilibriumForces,
+    adhesion_tolerance,
     floating_blocks,
     forces_of,
 )
 from blockstat.program.conic import ConicProgram, conic_program
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve import clarabel
+from blockstat.solve.answer import Answer
 from blockstat.typing import Floats, Ints
 
 #: Weight of the square of the motion in the program. Directions that no contact resists, such as that across a slip, do
@@ -33,6 +34,12 @@ MOTION_WEIGHT = 1e-10
 #: Contacts that slip more slowly than this stick. Relative to the largest rate of the motion. Chosen: above what
 #: solvers leave.
 STICKING_SPEED = 1e-4
+#: Steps of Newton's method at most in which the direction of slip is corrected. Chosen: slips turn by less than
+#: `STICKING_SPEED`, so the first leaves that part of the error.
+MAX_TURNS = 2
+#: Weight of the rates at which contacts open, or slip that stick, beside the friction of those that slide. Chosen: such
+#: motions are then left out, while tilts that are rounding hold nothing.
+HELD = 1e2
 
 
 def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[EquilibriumForces, float]:
@@ -73,25 +80,26 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
     slides = slip > STICKING_SPEED * np.abs(motion).max(initial=0.0)
     point = np.flatnonzero(slides & (program.friction[: program.n_points] > 0))
     sliding = _Sliding(point, rate[point, 1:] / slip[point, None], program.friction[point, None])
-    tilted = _with_tilted_normals(program, sliding)
-    total = np.asarray(tilted.normal_columns.sum(axis=1)).reshape(-1)
-    load = np.zeros_like(total) if structure.live is None else problem.scaled(structure.live_load(configuration.pose))
-    answer = clarabel.solve(_margin_program(tilted, total, None if structure.live is None else load))
-    multiplier = answer.multiplier
-    loaded = replace(tilted, load=tilted.load + multiplier * load)
-    # The solver's forces are f + adhesion n.
-    residual = tilted.matrix @ answer.force.reshape(-1) + loaded.load
-    adhesion = float(total @ residual) / float(total @ total)
-    force = answer.force.copy()
-    force[: program.n_points, 0] -= adhesion
-    unbalanced = MOTION_WEIGHT * float(np.abs(answer.twist).max(initial=0.0))
-    missing = np.inf if answer.status.is_infeasible or unbalanced > ADHESION_TOLERANCE else adhesion
+    load = np.zeros_like(program.load)
+    if structure.live is not None:
+        load = problem.scaled(structure.live_load(configuration.pose))
+    state = _balanced(program, sliding, None if structure.live is None else load)
+    tolerance = adhesion_tolerance(configuration, state.force)
+    for _ in range(MAX_TURNS):
+        turned = None if state.unbalanced <= tolerance else _turned(program, sliding, slip[point], state)
+        if turned is None:
+            break
+        sliding, state = turned, _balanced(program, turned, None if structure.live is None else load)
+    answer, multiplier, force = state.answer, state.answer.multiplier, state.force
+    loaded = replace(_with_tilted_normals(program, sliding), load=program.load + multiplier * load)
+    missing = np.inf if answer.status.is_infeasible or state.unbalanced > tolerance else state.adhesion
     force = certificate.balance(loaded, force)
     proven = certificate.check(loaded, force, np.zeros_like(program.load)).proves_stable
     force = _with_friction(force, sliding)
     if structure.live is None:
         multiplier = power_on_supports(problem, driven, structure.support_motion, force)
-    return forces_of(problem, force, answer.twist, missing, proven), multiplier
+    found = forces_of(problem, force, answer.twist, missing, proven)
+    return replace(found, tolerance=tolerance), multiplier
 
 
 class _Sliding(NamedTuple):
@@ -100,6 +108,60 @@ class _Sliding(NamedTuple):
     point: Ints  #: their numbers, shape (k,)
     along: Floats  #: unit vectors of the slip in the frames of the joints, shape (k, 2)
     friction: Floats  #: shape (k, 1)
+
+
+class _Balanced(NamedTuple):
+    """Forces of points that slide along given directions."""
+
+    answer: Answer
+    force: Floats  #: along tilted normals, in the unit of the program, shape (m, 3)
+    adhesion: float  #: that the points need
+    residual: Floats  #: what the forces leave unbalanced, shape (6 n,)
+
+    @property
+    def unbalanced(self) -> float:
+        """The largest part of what is left."""
+        return MOTION_WEIGHT * float(np.abs(self.answer.twist).max(initial=0.0))
+
+
+def _balanced(program: PenaltyProgram, sliding: _Sliding, live: Floats | None) -> _Balanced:
+    """The forces with the largest smallest slack whose friction acts along given directions."""
+    tilted = _with_tilted_normals(program, sliding)
+    total = np.asarray(tilted.normal_columns.sum(axis=1)).reshape(-1)
+    answer = clarabel.solve(_margin_program(tilted, total, live))
+    load = tilted.load if live is None else tilted.load + answer.multiplier * live
+    # The solver's forces are f + adhesion n.
+    residual = tilted.matrix @ answer.force.reshape(-1) + load
+    adhesion = float(total @ residual) / float(total @ total)
+    force = answer.force.copy()
+    force[: program.n_points, 0] -= adhesion
+    return _Balanced(answer, force, adhesion, tilted.matrix @ force.reshape(-1) + load)
+
+
+def _turned(program: PenaltyProgram, sliding: _Sliding, slip: Floats, state: _Balanced) -> _Sliding | None:
+    """The sliding points whose slip is turned so that friction balances what is left; None where it turns too far.
+
+    A body that slides on a plane may move across its slip, too. Friction resists that in proportion to how far the slip
+    turns, which is where the loads across it are balanced. A solver knows that motion to the root of its accuracy only,
+    as the energy is flat there. With u across the slip, one step of Newton's method solves
+
+        sum of b (mu N / |s|) b'u = what is left,    b the wrench of a unit force across the slip at a point.
+    """
+    if state.answer.status.is_infeasible:
+        return None
+    points = np.asarray(program.matrix.todense()).reshape(len(program.load), -1, 3)
+    across = np.column_stack([-sliding.along[:, 1], sliding.along[:, 0]])
+    wrench = np.einsum("rpk,pk->rp", points[:, sliding.point, 1:], across)
+    held = np.delete(points, sliding.point, axis=1).reshape(len(program.load), -1)
+    held = np.hstack([points[:, sliding.point, 0], held])
+    normal = np.maximum(state.force[sliding.point, 0], 0.0)
+    rows = np.hstack([wrench * np.sqrt(sliding.friction[:, 0] * normal / slip), HELD * held]).T
+    motion = np.linalg.lstsq(rows.T @ rows, state.residual, rcond=None)[0]
+    turn = (motion @ wrench) / slip
+    if not np.abs(turn).max(initial=0.0) <= STICKING_SPEED:
+        return None
+    along = sliding.along + turn[:, None] * across
+    return sliding._replace(along=along / np.linalg.norm(along, axis=1)[:, None])
 
 
 def _with_tilted_normals(program: PenaltyProgram, sliding: _Sliding) -> PenaltyProgram:
