@@ -356,7 +356,7 @@ def _warnings(record: _Record, limit: LimitLoad, told: Sequence[str]) -> tuple[s
         warnings.append(
             f"at {unproven} of {len(record.states)} points the forces balance to the solver's tolerance only"
         )
-    warnings += warnings_on_steps(record.states, assembly)
+    warnings += warnings_on_steps(record.states, assembly, limit.interfaces)
     for item in record.fallen:
         names = ", ".join(f'"{assembly.names[block]}"' for block in item.blocks)
         warnings.append(f"{names}: fallen out at {item.parameter:.4g} m and left out from there on")

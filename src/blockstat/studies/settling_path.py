@@ -377,7 +377,7 @@ def _path(
     if not states:
         raise InputError(f'"{first.assembly.name}": the blocks are jammed between the moving supports')
     warnings = [*first.warnings, *warning_of_strength(structure, states)]
-    warnings += warnings_on_steps(states, structure.assembly)
+    warnings += warnings_on_steps(states, structure.assembly, structure.interfaces)
     return SettlementPath(
         outcome=outcome,
         first=first,

@@ -112,9 +112,14 @@ class FaceOutlines:
                 corner[k, side, len(outline) :] = outline[-1]
         return np.array([k for k, _ in rows], dtype=np.int64), corner
 
-    @cached_property
+    @property
     def flaw(self) -> Flaw:
         """How well the faces of all joints agree with planes; zero where some are far from plane, hence meant so."""
+        return self.drawn if self.drawn.tilt <= LARGEST_TILT else Flaw(0.0, 0.0)
+
+    @cached_property
+    def drawn(self) -> Flaw:
+        """How well the faces of all joints agree with planes, whether meant so or not."""
         distance = tilt = 0.0
         for joint in np.flatnonzero(self._interfaces.area > 0):
             points = self._interfaces.point[self._interfaces.start[joint] : self._interfaces.start[joint + 1]]
@@ -122,7 +127,7 @@ class FaceOutlines:
             for corner in (face for side in (0, 1) for face in self._faces(int(joint), side)):
                 off, sine = _off_plane(corner, self._interfaces.frame[joint, 0])
                 distance, tilt = max(distance, off, sine * reach), max(tilt, sine)
-        return Flaw(distance, tilt) if tilt <= LARGEST_TILT else Flaw(0.0, 0.0)
+        return Flaw(distance, tilt)
 
     def _polygons(self, joint: int, side: int) -> list[Floats]:
         """Convex polygons in the joint's plane that the faces of one block fill, each of shape (n, 3) [m]."""

@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
+from blockstat.contact.interfaces import Interfaces
+from blockstat.contact.tolerance import ROUNDING
 from blockstat.errors import check_count, check_number, check_positive
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
+from blockstat.large_displacement.displaced.face_outlines import FaceOutlines
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.finite_steps.follower import StepFollower
@@ -135,7 +138,7 @@ def path_options(*, steps: Any, tolerance: Any, displacement: Any) -> tuple[floa
     return float(tolerance), None if displacement is None else float(displacement)
 
 
-def warnings_on_steps(states: Sequence[PathState], assembly: Assembly) -> list[str]:
+def warnings_on_steps(states: Sequence[PathState], assembly: Assembly, interfaces: Interfaces) -> list[str]:
     """Return what a reader must know of states that were found by finite steps.
 
     Parameters
@@ -144,6 +147,8 @@ def warnings_on_steps(states: Sequence[PathState], assembly: Assembly) -> list[s
         Of a path.
     assembly
         The blocks at rest.
+    interfaces
+        Their joints.
 
     Returns
     -------
@@ -157,4 +162,12 @@ def warnings_on_steps(states: Sequence[PathState], assembly: Assembly) -> list[s
     text = f"the mechanism is no linkage from {start:.4g} m on and is followed by finite steps"
     if largest > CORNER_TOLERANCE * float(free_sizes(assembly).max()):
         text += f". Contacts that are open by up to {1e3 * largest:.2g} mm count as closed"
-    return [f"{text}. A run with so many steps that its path has more points shows the error"]
+    told = [f"{text}. A run with so many steps that its path has more points shows the error"]
+    drawn = FaceOutlines(assembly, interfaces).drawn
+    if drawn.tilt > ROUNDING:
+        told.append(
+            f"faces of joints miss planes by up to {1e3 * drawn.distance:.2g} mm. Finite steps then follow each corner "
+            "as it is drawn: the end of the path may be far off, on either side, whatever the number of steps. Joints "
+            "whose faces lie in one plane and whose edges are parallel are followed exactly"
+        )
+    return told
