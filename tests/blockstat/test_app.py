@@ -574,11 +574,12 @@ def test_the_command_prints_its_address_serves_and_ends_when_interrupted(program
         line = process.stdout.readline()
         try:
             assert line.startswith("hut: http://127.0.0.1:")
-            with urllib.request.urlopen(line.split()[1]) as answer:
+            with urllib.request.urlopen(line.split()[1], timeout=60) as answer:
                 assert answer.status == 200
-        finally:
             process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=60)
+            out, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
     assert process.returncode == 0
     assert "Traceback" not in out + err
 

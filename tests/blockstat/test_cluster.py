@@ -39,6 +39,8 @@ from blockstat.system.workers import count_workers
 distributed = pytest.importorskip("distributed")
 KILLED = distributed.scheduler.KilledWorker
 
+#: Where a worker is killed, dask starts another, and now and then it does not: such tests are slow ones.
+TIMEOUT = 60  # [s]
 SIDE = (1, 0, 0)
 RING = assemble(arch(span=2.0, thickness=0.3, depth=0.5, voussoirs=9, springers=0.3))
 #: A draw has a number for each joint and for each shared corner: a batch of them is an array of several kilobytes.
@@ -85,7 +87,7 @@ def cluster():
 @pytest.fixture
 def client(cluster):
     with distributed.Client(cluster) as found:
-        found.wait_for_workers(2)
+        found.wait_for_workers(2, timeout=TIMEOUT)
         yield found
 
 
@@ -125,6 +127,7 @@ def one_killed(client, cluster, after: int = 1):
     assert set(killer.lost) <= set(killer.done)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_loses_no_draw_of_a_reliability_and_changes_none(client, cluster, tmp_path):
     uncertain = UNCERTAIN | {"push": Random("normal", 0.25, 0.1)}
     alone = reliability(RING, uncertain, load=SIDE, draws=100, file=tmp_path / "alone.jsonl")
@@ -139,6 +142,7 @@ def test_a_killed_worker_loses_no_draw_of_a_reliability_and_changes_none(client,
     assert 0 < found.failures == alone.failures < 100
 
 
+@pytest.mark.slow
 def test_a_killed_worker_loses_no_row_of_a_sweep_and_changes_none(client, cluster, tmp_path):
     with one_killed(client, cluster):
         found = sweep(POSTS, grid(POSTS), tmp_path / "rows.jsonl", measure=slow, batch=1)
@@ -154,6 +158,7 @@ def test_a_killed_worker_loses_no_draw_of_a_fragility_and_changes_none(client, c
     assert np.array_equal(found, fragility(RING, UNCERTAIN, SIDE, draws=32))
 
 
+@pytest.mark.slow
 def test_a_killed_worker_loses_no_step_of_a_plan_and_changes_none(client, cluster):
     ring = assemble(arch(span=2.0, thickness=0.3, depth=0.5, voussoirs=31, springers=0.3))
     held = build_by_courses(ring).plan
@@ -168,6 +173,7 @@ def test_a_killed_worker_loses_no_step_of_a_plan_and_changes_none(client, cluste
     assert [v.score for v in found.verdicts] == pytest.approx([v.score for v in alone.verdicts], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_loses_no_state_and_changes_none(client, cluster):
     ring = assemble(arch(span=2.0, thickness=0.3, depth=0.5, voussoirs=25, springers=0.3))
     names = [ring.names[k] for k in ring.free]
@@ -188,13 +194,14 @@ def test_stages_on_workers_are_those_of_one_process(client):
     assert found.explain() == assess_stages(ring).explain()
 
 
+@pytest.mark.slow
 def test_a_task_that_no_worker_survives_is_an_error_and_rows_that_came_are_kept(client, cluster, tmp_path, monkeypatch):
     monkeypatch.setattr(cluster.scheduler, "allowed_failures", 0)  # 3 by default: given up after the fourth worker
     path, designs = tmp_path / "rows.jsonl", [{"parameters.h": 1.0 + 0.2 * k} for k in range(6)]
     with joblib.parallel_config(backend="dask"), pytest.raises(KILLED):
         sweep(POSTS, designs, path, measure=survived, batch=1)
     assert path.read_text().count("\n") - 1 == 5
-    client.wait_for_workers(2)
+    client.wait_for_workers(2, timeout=TIMEOUT)
     with joblib.parallel_config(backend="dask"):
         assert sweep(POSTS, designs[:5], path, measure=survived, batch=1).computed == 0
 
@@ -255,11 +262,14 @@ def test_the_commands_of_the_page_start_workers_for_a_client_by_address(root, tm
             started.append(subprocess.Popen(line, cwd=tmp_path, stderr=subprocess.DEVNULL))
         assert len(started) == 2
         with distributed.Client(address) as client, joblib.parallel_config(backend="dask"):
-            client.wait_for_workers(2, timeout=60)
+            client.wait_for_workers(2, timeout=TIMEOUT)
             assert count_workers(None) == 2
             client.run(sys.path.extend, [path for path in sys.path if path])
             assert len(fragility(RING, UNCERTAIN, SIDE, draws=8)) == 8
     finally:
         for process in reversed(started):
             process.terminate()
-            process.wait()
+            try:
+                process.wait(TIMEOUT)
+            except subprocess.TimeoutExpired:
+                process.kill()
