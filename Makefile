@@ -25,8 +25,8 @@ help:  ## list the targets
 demo: $(STAMP)  ## search the thinnest walls and vault of examples/chapel.toml
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
 
-test: $(STAMP)  ## run the tests except the slow ones
-	$(BIN)/python -m pytest -n 2 -m "not slow"
+test: $(STAMP)  ## run the tests except the slow and the long ones
+	$(BIN)/python -m pytest -n 2 -m "not slow and not long"
 
 test-all: notebooks  ## run all tests and the notebooks
 	$(BIN)/python -m pytest -n 2

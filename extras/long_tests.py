@@ -1,9 +1,9 @@
-"""Write tests/long_tests.txt: the tests that take most of the time of `make test-all`, which `make test` leaves out.
+"""Write tests/long_tests.txt: the tests, of those not marked slow, that take most of the time; `make test` leaves them out.
 
-    python -m pytest -n 2 --durations=0 --durations-min=0.1 tests | python extras/long_tests.py
+    python -m pytest -n 2 -m "not slow" --durations=0 --durations-min=0.1 | python extras/long_tests.py
 
 The list is made so that the tests that are left take a third of the time. Of a test of several cases the quickest one
-stays, unless it takes long, too. Times are shares of one run, whatever the machine.
+stays. Times are shares of one run, whatever the machine.
 """
 
 from __future__ import annotations
@@ -17,8 +17,14 @@ from pathlib import Path
 LIST = Path(__file__).parents[1] / "tests" / "long_tests.txt"
 LINE = re.compile(r"([\d.]+)s +(?:call|setup|teardown) +(\S.*)")
 SHARE = 1 / 3  #: of the time, that is left
-#: The quickest case of a test stays if it takes no more than this, relative to the quickest case that goes.
-QUICKEST = 5 / 3
+#: Tests that stay whatever they take: they ask most of the whole.
+KEPT = (
+    "test_every_case_gets_the_expected_static_verdict",
+    "test_the_search_prunes_verifies_and_confirms",
+    "test_verify_on_the_command_line",
+    "test_the_walk_goes_from_the_scene_to_the_verdict",
+    "test_the_blocks_of_a_page_are_the_results",
+)
 
 
 def times(lines: Iterable[str]) -> dict[str, float]:
@@ -35,12 +41,9 @@ def longest(taken: Mapping[str, float], limit: float) -> list[str]:
     cases = defaultdict(list)
     for name in taken:
         cases[name.split("[")[0]].append(name)
-    found = []
-    for own in cases.values():
-        quickest = min(own, key=lambda name: taken[name])
-        spared = quickest if taken[quickest] <= QUICKEST * limit else None
-        found += [name for name in own if taken[name] >= limit and name != spared]
-    return found
+    spared = {min(own, key=lambda name: taken[name]) for own in cases.values() if len(own) > 1}
+    spared |= {name for test, own in cases.items() if test.endswith(KEPT) for name in own}
+    return [name for name, seconds in taken.items() if seconds >= limit and name not in spared]
 
 
 def chosen(taken: Mapping[str, float]) -> list[str]:

@@ -49,7 +49,7 @@ def pytest_collection_modifyitems(config, items):
     long_tests = set((ROOT / "tests" / "long_tests.txt").read_text().splitlines())
     for item in items:
         if item.nodeid in long_tests:
-            item.add_marker(pytest.mark.slow)
+            item.add_marker(pytest.mark.long)
     if not any("::" in argument for argument in config.args):  # else a file is there in part
         files = {item.nodeid.split("::")[0] for item in items}
         there = {item.nodeid.split("[")[0] for item in items}

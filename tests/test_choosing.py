@@ -129,7 +129,6 @@ def test_the_advice_on_resolutions_names_the_worst_of_each_preset():
     assert "fast -15.0 %, default -1.5 %" in words
 
 
-@pytest.mark.slow
 def test_more_draws_leave_less_error_as_theory_says():
     few, many = draws.probabilities(KNOWN[1], {20: 12, 240: 12})
     assert few.expected == pytest.approx(sqrt(12) * many.expected)

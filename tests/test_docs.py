@@ -14,18 +14,13 @@ from blockstat.studies.settling_path import PathOutcome
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGES = [DOCS.parent / "README.md", DOCS / "quick_start.md", *sorted((DOCS / "howto").glob("*.md"))]
-#: Pages whose code takes longest.
-LONG = ("bridge", "robust", "sweep")
 #: Pages that say where things are.
 GUIDES = [DOCS.parent / "CONTRIBUTING.md", DOCS / "architecture.md", DOCS / "evidence.md"]
 FILE = re.compile(r"`((?:src|evidence|tests|docs|examples|blockstat|dynsim)/[\w./]*)`")
 NAME = re.compile(r"`((?:blockstat|dynsim)(?:\.\w+)+)[`(]")
 
 
-@pytest.mark.parametrize(
-    "page", [pytest.param(page, marks=pytest.mark.slow) if page.stem in LONG else page for page in PAGES],
-    ids=lambda page: page.stem,
-)  # fmt: skip
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_code_prints_what_the_page_shows(page, root, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "examples").symlink_to(root / "examples")

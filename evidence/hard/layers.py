@@ -128,7 +128,7 @@ FIGURES = (
     *(
         Figure(f"arch with beds of {bed:.0e} R: collapse",
                end_of_curve(lambda bed=bed: bedded_arch(bed), (1, 0, 0), "mean"), lambda bed=bed: last_jump(bed),
-               "four-bar linkage", word="collapse", bracket=False, flaw=flaw, slow=True)
+               "four-bar linkage", word="collapse", bracket=False, flaw=flaw, slow=not flaw)
         for bed, flaw in ((1e-2, ""), (1e-4, ""), (1e-5, NOISE), (5e-6, ""))
     ),
 )  # fmt: skip

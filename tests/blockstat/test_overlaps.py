@@ -261,7 +261,6 @@ def star(rng, size):
     return Block(corners * rng.uniform(0.4, 1.0, (12, 1)) * size, faces.tolist())
 
 
-@pytest.mark.slow
 def test_no_dismissal_loses_an_overlap():
     # The brute force is the largest ball in any two tetrahedra of two stars, which have a common corner each.
     rng = np.random.default_rng(7)

@@ -114,7 +114,6 @@ def test_the_interval_holds_the_known_probability_as_often_as_it_says(name, scen
     assert sum(low <= exact <= high for low, high in found) >= 95 - 3 * math.sqrt(100 * 0.95 * 0.05)
 
 
-@pytest.mark.slow
 def test_evidence_of_earlier_draws_changes_no_verdict():
     scene = arch(9, 0.2)
     uncertain = {"friction": Random("lognormal", 0.6, 0.15), "edge": Random("uniform", 0.0, 0.04)}

@@ -265,7 +265,6 @@ def test_the_picture_of_a_thrust_has_its_lines_as_wide_as_their_forces(ring):
     np.testing.assert_allclose(np.square(drawn.get_linewidths()) / WIDEST**2, force / force.max(), rtol=1e-9)
 
 
-@pytest.mark.slow
 def test_the_command_writes_the_page_and_refuses_other_files(tmp_path):
     file = write(slab(), tmp_path / "slab.json")
     code = "from blockstat.cli.commands import main; main()"

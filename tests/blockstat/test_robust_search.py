@@ -60,7 +60,6 @@ def test_other_strategies_judge_the_worst_case_too():
 SURE = 0.15
 
 
-@pytest.mark.slow
 def test_a_descent_begins_at_a_smaller_design_where_the_largest_cannot_be():
     """The pillar is 1 - a - b wide, which is none at a = b = 0.6."""
     pillar = {"kind": "pier", "size": ["= 1 - a - b", 0.5], "height": 1.0, "courses": 1}
@@ -91,7 +90,6 @@ def test_a_random_push_asks_for_its_quantile(probability):
     assert found.summary()["failure"]["draws"] == 400
 
 
-@pytest.mark.slow
 def test_more_draws_need_less_stone():
     """With 1500 draws a probability is known to a seventh."""
     push, uncertain = norm(0.2, 0.05), {"push": Random("normal", 0.2, 0.05)}
@@ -112,7 +110,6 @@ def test_a_design_that_tips_to_both_sides_is_below_the_target():
     assert found.assured.first.probability == pytest.approx(exact / 2, rel=0.02)
 
 
-@pytest.mark.slow
 def test_a_design_that_the_descent_leaves_a_little_too_light_is_made_heavier():
     """The rounds settle on one arch whose worst point lacks more than is allowed."""
     ring = {"kind": "arch", "span": 1.8, "depth": 0.5, "voussoirs": 20}
@@ -126,7 +123,6 @@ def test_a_design_that_the_descent_leaves_a_little_too_light_is_made_heavier():
     assert found.assured.draws.interval[1] <= 0.01
 
 
-@pytest.mark.slow
 def test_two_random_variables_share_what_they_ask_for():
     """b - 2 delta = push, both normal: beta = (b - .02 - .2) / sqrt(.05^2 + .008^2)."""
     uncertain = {"push": Random("normal", 0.2, 0.05), "edge": Random("normal", 0.01, 0.004)}

@@ -249,7 +249,7 @@ def test_after_an_interruption_verdicts_rest_on_the_same_evidence(tmp_path):
         assert lines(path) == lines(tmp_path / "whole.csv")
 
 
-@pytest.mark.parametrize("ahead", [pytest.param(1, marks=pytest.mark.slow), 2, pytest.param(5, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("ahead", [1, 2, 5])
 def test_looking_ahead_changes_nothing_in_the_history(tmp_path, ahead):
     whole = remembered(tmp_path / "whole.csv")
     begun, unforeseen, verifier = [], [], Verifier()

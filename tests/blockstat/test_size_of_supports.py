@@ -102,7 +102,6 @@ def test_the_curve_of_a_wall_is_the_same_on_a_slab_of_any_size(blocks, load):
         alike(capacity(on_slab(blocks, side), load, control=blocks[-1].name), small)
 
 
-@pytest.mark.slow
 def test_bricks_that_slide_in_the_plane_of_their_wall_go_the_same_way_on_a_slab_of_any_size():
     """With the same joints: which of many equal mechanisms is found depends on their last digits."""
     joints = find_interfaces(on_slab(BRICKS, 1))

@@ -108,7 +108,6 @@ def test_lengths_have_units_or_are_metres():
             lengths(bad, 3, "--move", "X")
 
 
-@pytest.mark.slow
 def test_a_movement_takes_units_and_one_beyond_the_blocks_is_doubted(tmp_path, capsys):
     ring = write(arch(9, 0.4), tmp_path / "ring.json")
     found = answer(capsys, "settle", ring, "--move", "left:-10 mm,0,0")

@@ -94,7 +94,6 @@ def test_the_first_mechanism_comes_before_the_one_of_least_adhesion():
     assert np.isfinite(full.adhesion).all()
 
 
-@pytest.mark.slow
 def test_the_first_mechanism_of_a_building_takes_a_fraction_of_the_iterations_of_its_score():
     # Iterates that are kept inside the cones are mechanisms as soon as they gain work. Those that are not have to wait
     # until they close by less than the certificate lets pass, next to the optimum.

@@ -49,7 +49,6 @@ def test_a_shape_is_its_block_in_right_handed_principal_axes(seed):
             np.testing.assert_allclose(np.abs(piece).max(axis=0), shape.half_extents, rtol=1e-9)
 
 
-@pytest.mark.slow
 def test_bricks_beside_voussoirs_fall_as_fast_as_in_another_engine():
     # Statics with Coulomb friction find no equilibrium. In LMGC90 (time step 2 ms) the furthest block has moved by
     # 11.2 mm ten looks after release. As boxes beside hulls the bricks were held: it was 2.6 mm.

@@ -153,7 +153,6 @@ def test_glue_and_inertia_go_together():
     assert verify(glued(bell(), 1.5), actions=[InertiaScale(100.0)]).outcome is STANDS
 
 
-@pytest.mark.slow
 def test_glue_and_stiffness_on_the_command_line(tmp_path):
     path = write(bell(), tmp_path / "bell.json")
     answers = [command("verify", path, "--json", *options) for options in ((), ("--glue", 1.01), ("--glue", 0.99))]

@@ -95,7 +95,6 @@ def test_a_cube_on_its_edge_is_balanced():
     assert compare_one(asm).static == "stable"
 
 
-@pytest.mark.slow
 def test_a_stand_that_finer_steps_do_not_see_is_told_by_its_cause():
     # No scene is known that stands in coarse steps only: the stand of another hut is put in its place.
     static = assess(slow_hut())

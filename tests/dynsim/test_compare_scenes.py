@@ -14,7 +14,6 @@ from evidence.comparisons.kept import Kept
 from evidence.scenes.small import arch, stack
 
 
-@pytest.mark.slow
 def test_more_than_three_hundred_small_scenes_of_every_family():
     found = [*scenes.references(), *scenes.randoms(250)]
     assert len(found) > 300

@@ -193,7 +193,6 @@ def command(*arguments):
     return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)
 
 
-@pytest.mark.slow
 def test_loads_and_files_on_the_command_line(tmp_path):
     path = write(stack(1, 0.5, 2.0, gravity=DOWN), tmp_path / "stack.json")
     motion = tmp_path / "motion.csv"

@@ -118,7 +118,7 @@ def heavy_on_two(ratio):
     return pile(*feet, block, friction=0.9), 0.5 / height
 
 
-@pytest.mark.parametrize("ratio", [300, pytest.param(3000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("ratio", [300, 3000])
 @pytest.mark.parametrize("scene", [heavy_on_a_slab, heavy_on_two])
 def test_blocks_on_much_lighter_ones_keep_their_limits(scene, ratio):
     asm, limit = scene(ratio)

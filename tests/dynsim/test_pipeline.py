@@ -70,7 +70,6 @@ def test_the_report_and_the_design_are_on_disk(optimised):
         assert (directory / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
 
 
-@pytest.mark.slow
 def test_killed_and_started_again_the_command_ends_the_same(tmp_path, optimised):
     _, whole, _ = optimised
     scene = tmp_path / "hut.toml"
@@ -172,7 +171,6 @@ def test_a_difference_comes_with_a_likely_reason(cases, tmp_path):
     assert "only by self-stress" in (tmp_path / "h.csv").read_text()
 
 
-@pytest.mark.slow
 def test_optimise_under_another_friction(tmp_path):
     scene = tmp_path / "hut.toml"
     scene.write_text(SCENE_TOML)

@@ -179,7 +179,6 @@ def test_looks_before_a_longer_window_count_for_it():
     assert next(k for k in range(11, 200) if rest.look(0.02 * k, still)) == 63
 
 
-@pytest.mark.slow
 def test_a_late_fall_needs_no_finer_run_where_no_equilibrium_is_found():
     hut = build(scene_from(HUT))
     assert not StaticReserve(hut, find_interfaces(hut)).equilibrium

@@ -199,7 +199,6 @@ def cubes(tension):
     return asm.with_(joints=[JointLaw(("*", "*"), bond=tension * asm.free_weight)] if tension else [])
 
 
-@pytest.mark.slow
 def test_what_stands_with_weaker_glue_that_holds_stands_with_stronger_glue_under_a_pulse():
     pulse = Pulse((0.5 * 9.81, 0, 0), 1.0)
     for times, word in (
@@ -228,7 +227,6 @@ def plinth_and_stone(strength, stone):
     return assembly(blocks, supports=["ground"], friction=0.7, gravity=EARTH, density=2690.0, joints=[law])
 
 
-@pytest.mark.slow
 def test_a_plinth_that_weaker_glue_lets_slide_does_not_prove_the_stone_on_it():
     # The stone rocks beyond .12 / .5 = .24 g, and a sliding plinth hands on .2 g. One that the glue holds hands on 1 g:
     # its friction alone holds .2 x 150 kN, and the pulse asks for m g = 9 kN. The stone of half a diagonal R = .514 m

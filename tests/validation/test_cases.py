@@ -7,8 +7,6 @@ import pytest
 
 from blockstat import InputWarning, Outcome, assess, find_interfaces, limit_load, read
 
-#: A case that one of the solvers takes long for.
-LONG = ("cra_curve_3_blocks",)
 #: What the expectation says of force-only statics. "falls" (H, A) and the shelf stand on paper by self-stress.
 STATIC = {
     "stable": "stable",
@@ -47,8 +45,7 @@ def names():
     """The cases that are there, when tests are collected."""
     from evidence.paths import CASES
 
-    found = sorted(p.stem for p in CASES.glob("*.json") if p.stem != "expected")
-    return [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in found]
+    return sorted(p.stem for p in CASES.glob("*.json") if p.stem != "expected")
 
 
 @pytest.mark.parametrize("case", names())

@@ -70,7 +70,6 @@ def test_the_load_does_the_work_that_lifts_a_facade_and_friction_takes_little_of
     assert work[-1] == pytest.approx(rise[-1], rel=0.02)
 
 
-@pytest.mark.slow
 def test_where_bricks_slide_friction_takes_the_rest():
     sheared = capacity(bonded_facade(5, 3, 7).with_(friction=0.6), OUTWARDS, control="mean", displacement=0.3)
     work, rise = work_and_rise(sheared)
@@ -93,7 +92,6 @@ def test_bounds_keep_their_order_and_forces_prove_some_of_them(facade):
     assert (np.diff(facade.displacement) > 0).all()
 
 
-@pytest.mark.slow
 def test_other_lengths_of_steps_lead_to_the_same_end(facade):
     finer = capacity(u_wall(10), OUTWARDS, control="mean", steps=40)
     assert finer.displacement[-1] == pytest.approx(facade.displacement[-1], rel=0.01)

@@ -148,7 +148,6 @@ def test_a_curve_by_steps_says_so_and_how_wide_open_contacts_touch(ferris):
     assert not any("no linkage" in text for text in exact.warnings)
 
 
-@pytest.mark.slow
 def test_a_bonded_facade_leaves_rest_at_its_limit_load():
     # Its mechanism is no linkage: it went on at no displacement without end, at two thirds of the multiplier.
     runs = [
@@ -175,7 +174,6 @@ def test_joints_that_slide_without_opening_carry_what_ferris_and_tin_loi_found(n
     assert curve.lower[0] < curve.upper[0]
 
 
-@pytest.mark.slow
 def test_long_steps_along_a_straight_curve_lead_where_short_ones_do():
     # With 120 steps the longest is a quarter as long, and those through changes of the mechanism too.
     asm, there = u_wall(5).with_(friction=0.6), 0.1
