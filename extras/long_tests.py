@@ -1,8 +1,8 @@
-"""Write tests/long_tests.txt: the tests, of those not marked slow, that take most of the time; `make test` leaves them out.
+"""Write tests/long_tests.txt, the tests that `make test` leaves out beside those marked slow.
 
     python -m pytest -n 2 -m "not slow" --durations=0 --durations-min=0.1 | python extras/long_tests.py
 
-The list is made so that the tests that are left take a third of the time. Of a test of several cases the quickest one
+They are the longest, so that those that are left take a third of the time. Of a test of several cases the quickest one
 stays. Times are shares of one run, whatever the machine.
 """
 
