@@ -289,8 +289,9 @@ def _rms(residual: Floats) -> float:
 def _least_change(matrix: Any, missing: Floats, flaw: float) -> Floats:
     """The shortest x that minimises |matrix @ x - missing|.
 
-    The matrix is off by `flaw` in each row, so by that times the root of the number of rows at most, and so are its
-    singular values (Weyl). Those below it may be zero. Its rows are as long as a unit normal at least.
+    Each row of the matrix is off by `flaw`, so its singular values are by flaw sqrt(rows) at most (Weyl). Rows are as
+    long as a unit normal at least, so the largest singular value is no less than sqrt(rows / unknowns). Relative to it,
+    those below flaw sqrt(unknowns) may be zero.
     """
     rows, unknowns = matrix.shape
     if not rows or not unknowns:
