@@ -11,8 +11,8 @@ create = NotebookClient.create_kernel_manager
 sockets = TemporaryDirectory(prefix="kernels-")
 
 
-def create_over_files(client: NotebookClient) -> KernelManager:
-    manager = create(client)
+def create_over_files(self: NotebookClient) -> KernelManager:
+    manager = create(self)
     manager.transport = "ipc"
     manager.ip = f"{sockets.name}/{uuid4().hex}"
     return manager
