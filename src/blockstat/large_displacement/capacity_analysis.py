@@ -23,7 +23,7 @@ from blockstat.large_displacement.displaced.local_origin import control_about, s
 from blockstat.large_displacement.displaced.pose import Pose, free_sizes, rest_pose
 from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
-from blockstat.large_displacement.finite_steps.whole_path import follow_path, path_options, warnings_on_steps
+from blockstat.large_displacement.finite_steps.whole_path import follow_path, path_options, warnings_on_accuracy
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.parts import part_that_moves_control
@@ -177,7 +177,7 @@ def capacity(
         events=tuple(record.events),
         control=moved.name,
         limit=limit if all_move else begun,
-        warnings=_warnings(record, limit, told),
+        warnings=_warnings(record, limit, structure, told),
         timings=seconds,
     )
 
@@ -349,14 +349,14 @@ def _capacity_point(state: PathState, limit: LimitLoad) -> CapacityPoint:
     return CapacityPoint(point.parameter, lower, upper, point.pose, point.tangent, open_joints)
 
 
-def _warnings(record: _Record, limit: LimitLoad, told: Sequence[str]) -> tuple[str, ...]:
+def _warnings(record: _Record, limit: LimitLoad, structure: Structure, told: Sequence[str]) -> tuple[str, ...]:
     warnings, assembly = [*limit.warnings, *told], limit.assembly
     unproven = sum(not state.forces.proven for state in record.states)
     if unproven:
         warnings.append(
             f"at {unproven} of {len(record.states)} points the forces balance to the solver's tolerance only"
         )
-    warnings += warnings_on_steps(record.states, assembly, limit.interfaces)
+    warnings += warnings_on_accuracy(record.states, structure)
     for item in record.fallen:
         names = ", ".join(f'"{assembly.names[block]}"' for block in item.blocks)
         warnings.append(f"{names}: fallen out at {item.parameter:.4g} m and left out from there on")

@@ -18,7 +18,7 @@ from blockstat.large_displacement.displaced.local_origin import structure_about_
 from blockstat.large_displacement.displaced.pose import Pose, free_sizes, rest_pose
 from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
-from blockstat.large_displacement.finite_steps.whole_path import follow_path, path_options, warnings_on_steps
+from blockstat.large_displacement.finite_steps.whole_path import follow_path, path_options, warnings_on_accuracy
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
@@ -377,7 +377,7 @@ def _path(
     if not states:
         raise InputError(f'"{first.assembly.name}": the blocks are jammed between the moving supports')
     warnings = [*first.warnings, *warning_of_strength(structure, states)]
-    warnings += warnings_on_steps(states, structure.assembly, structure.interfaces)
+    warnings += warnings_on_accuracy(states, structure)
     return SettlementPath(
         outcome=outcome,
         first=first,

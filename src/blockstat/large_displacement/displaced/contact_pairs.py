@@ -33,6 +33,8 @@ CORNER_TOLERANCE = 1e-6
 #: Two directions are parallel when the sine of their angle is below this. An edge lies in a joint when the sine of its
 #: angle with the joint's plane is below this. Chosen: below it a crossing of two edges is ill-conditioned.
 PARALLEL_SINE = 1e-4
+#: Corners that a joint keeps at least, and a number that stands in for a length of zero where it is divided by.
+LEAST_CORNERS, TINY = 3, 1e-300
 #: A gap below this is zero. Relative to the largest free block. Chosen: a thousand times the residual of a pose.
 ZERO_GAP = 1e-9
 #: A contact whose gap is below this has closed at a pose that was located by root finding. Relative to the largest
@@ -96,7 +98,7 @@ def concatenate(parts: Sequence[ContactPairs]) -> ContactPairs:
     return ContactPairs(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
-def pairs_at_rest(assembly: Assembly, interfaces: Interfaces) -> ContactPairs:
+def pairs_at_rest(assembly: Assembly, interfaces: Interfaces, *, straight: float = 0.0) -> ContactPairs:
     """Return the contact points of an assembly at rest as pairs.
 
     Parameters
@@ -105,11 +107,15 @@ def pairs_at_rest(assembly: Assembly, interfaces: Interfaces) -> ContactPairs:
         The blocks.
     interfaces
         Their joints.
+    straight
+        A corner of a joint that is this near to the line between its neighbours is none [m]. Where two faces whose
+        corners are slightly off are clipped against each other, an edge of the joint has several such corners.
 
     Returns
     -------
     ContactPairs
-        In the order of `interfaces.point`.
+        In the order of `interfaces.point`. The area of a corner that is none goes to its neighbours, so that its
+        centroid stays.
     """
     joint = interfaces.point_interface
     pair = interfaces.pair[joint]
@@ -120,7 +126,8 @@ def pairs_at_rest(assembly: Assembly, interfaces: Interfaces) -> ContactPairs:
         for side in (0, 1):
             block, point = int(pair[row, side]), interfaces.point[row]
             edge[row, side] = _edge_through(assembly, block, point, normal[row], float(within[row, side]))
-    return ContactPairs(
+    kept, share = _straightened(interfaces, straight)
+    pairs = ContactPairs(
         joint=joint,
         pair=pair,
         anchor=np.repeat(interfaces.point[:, None], 2, axis=1),
@@ -128,9 +135,33 @@ def pairs_at_rest(assembly: Assembly, interfaces: Interfaces) -> ContactPairs:
         edge=edge,
         normal=normal,
         friction=joint_friction(assembly, interfaces)[joint],
-        area=interfaces.point_share * interfaces.area[joint],
+        area=share * interfaces.area[joint],
         drive=np.zeros((len(joint), 2, 3)),
     )
+    return pairs if kept.all() else pairs.select(np.flatnonzero(kept))
+
+
+def _straightened(interfaces: Interfaces, straight: float) -> tuple[np.ndarray, Floats]:
+    """Which points of joints are corners to a tolerance, and the part of the area that each stands for, (n_points,)."""
+    kept, share = np.ones(interfaces.n_points, dtype=bool), interfaces.point_share.copy()
+    if interfaces.outlines is not None:  # the points are not the corners
+        return kept, share
+    for joint in np.flatnonzero(np.diff(interfaces.start) > LEAST_CORNERS):
+        own = np.arange(interfaces.start[joint], interfaces.start[joint + 1])
+        while len(own) > LEAST_CORNERS:
+            before, here, after = (np.roll(interfaces.point[own], shift, axis=0) for shift in (1, 0, -1))
+            line = after - before
+            along = ((here - before) * line).sum(axis=1) / np.maximum((line**2).sum(axis=1), TINY)
+            along = np.clip(along, 0.0, 1.0)
+            off = np.linalg.norm(here - before - along[:, None] * line, axis=1)
+            least = int(off.argmin())
+            if off[least] > straight:
+                break
+            gone, neighbours = own[least], (own[least - 1], own[(least + 1) % len(own)])
+            for neighbour, part in zip(neighbours, (1.0 - along[least], along[least]), strict=True):
+                share[neighbour] += part * share[gone]
+            kept[gone], own = False, np.delete(own, least)
+    return kept, share
 
 
 def _is_corner(assembly: Assembly, block: Ints, point: Floats, within: Floats) -> np.ndarray:

@@ -53,7 +53,8 @@ def contact_status(
     there = displaced_assembly(configuration.structure.assembly, configuration.pose)
     speed = max(float(corner_speed(there, motion).max(initial=0.0)), support_rate) or 1.0
     size = float(free_sizes(configuration.structure.assembly).mean())
-    sticking_speed = max(sticking_speed, configuration.structure.outlines.flaw.rate(size))
+    flaw = configuration.structure.outlines.flaw
+    sticking_speed = max(sticking_speed, flaw.speed(size))
     points = pair_points(configuration.structure.assembly, contacts, configuration.pose, configuration.parameter)
     place = edge_crossings(contacts, configuration.pose, points)[0].mean(axis=1)
     a, b = (point_velocity(there, motion, contacts.pair[:, k], place) for k in (0, 1))
@@ -68,7 +69,8 @@ def contact_status(
         by_flow = opening / speed
     else:
         by_flow = np.where(associated & slips, contacts.friction, 0.0) * np.where(slips, slip, 0.0)
-    opens = normal_rate - np.where(slips, by_flow, 0.0) > sticking_speed
+    rises = np.maximum(sticking_speed, 2.0 * flaw.tilt * slip)
+    opens = normal_rate - np.where(slips, by_flow, 0.0) > rises
     return closed & ~moves, moves & ~opens
 
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from blockstat.contact.faces import FILLED, convex_pieces, joined_convex, outline_hull
 from blockstat.contact.interfaces import Interfaces
-from blockstat.large_displacement.displaced.contact_pairs import PARALLEL_SINE
 from blockstat.large_displacement.displaced.pose import side_sizes
 from blockstat.typing import Floats, Ints
 
@@ -24,11 +23,12 @@ SAME_FACE_SINE = 0.05
 #: to the block's size, and for a support to that of the block on it. Chosen: parallel faces of a block are further
 #: apart.
 SAME_FACE_DISTANCE = 1e-3
-
-
-#: Joints whose faces are warped, or tilted against each other, by more than this are meant so [rad]. Chosen: below it
-#: directions count as parallel elsewhere (`contact_pairs.PARALLEL_SINE`).
-LARGEST_TILT = PARALLEL_SINE
+#: Joints whose faces are warped, or tilted against each other, by more than this are meant so [rad]. Chosen: the tilt
+#: up to which faces belong to a joint.
+LARGEST_TILT = SAME_FACE_SINE
+#: Edges of a face are drawn parallel when the sine of their angle is below this. Chosen: faces of voussoirs and of
+#: domes taper by more where they are meant to.
+PARALLEL_EDGES = 0.01
 
 
 class Flaw(NamedTuple):
@@ -36,14 +36,32 @@ class Flaw(NamedTuple):
 
     With plane joints a lintel on two piers slides freely on both. With corners off by a micrometre its bearings are
     two planes that are not quite parallel: taken literally, it can slide along their line of intersection alone, which
-    is anywhere. So what follows from tilts of this size is not taken literally.
+    is anywhere. And the hinges of an arch are not quite parallel, so that taken literally it is rigid. So what follows
+    from tilts and distances of this size is not taken literally.
     """
 
-    distance: float  #: largest distance of a corner of a joint from its plane [m]
+    distance: float  #: largest distance of a corner of a joint from its plane, or from a parallel to an edge [m]
     tilt: float  #: largest angle between the normal of a joint and one that its corners would allow [rad]
+    mean_distance: float  #: root mean square of the distances of faces [m]
+    mean_tilt: float  #: root mean square of the angles of faces [rad]
+
+    def speed(self, length: float) -> float:
+        """Return by how much two points of a contact that sticks may part, relative to the fastest motion.
+
+        Parameters
+        ----------
+        length
+            That rotations are multiplied by [m].
+
+        Returns
+        -------
+        float
+            The arms of both points about the centroids may be off by the distance along each axis.
+        """
+        return 2.0 * np.sqrt(3.0) * self.distance / length
 
     def rate(self, length: float) -> float:
-        """Return by how much the rate of a contact between two bodies may be off, relative to their fastest motion.
+        """Return by how much the rate of the gap of a contact may be off, relative to the fastest motion.
 
         Parameters
         ----------
@@ -56,7 +74,24 @@ class Flaw(NamedTuple):
             A row of rates has a normal, which may be tilted, and the moment of that normal about the centroid of each
             of two bodies, whose arm may be off by the distance along each axis.
         """
-        return 2.0 * self.tilt + 2.0 * np.sqrt(3.0) * self.distance / length
+        return 2.0 * self.tilt + self.speed(length)
+
+    def row(self, length: float, *, slides: bool) -> float:
+        """Return the root mean square by which the rows of rates of a linkage are off.
+
+        Parameters
+        ----------
+        length
+            That rotations are multiplied by [m].
+        slides
+            Whether a contact slides. Rows of contacts that stick are along fixed axes, so no tilt turns them.
+
+        Returns
+        -------
+        float
+            Length of a row of two bodies. Of an axis, two components of the moment are off by the distance.
+        """
+        return 2.0 * (self.mean_distance / length + (self.mean_tilt if slides else 0.0))
 
     def gap(self, slip: float) -> float:
         """Return by how much a contact may be open or overlap where a linkage with plane joints keeps it closed.
@@ -115,19 +150,21 @@ class FaceOutlines:
     @property
     def flaw(self) -> Flaw:
         """How well the faces of all joints agree with planes; zero where some are far from plane, hence meant so."""
-        return self.drawn if self.drawn.tilt <= LARGEST_TILT else Flaw(0.0, 0.0)
+        return self.drawn if self.drawn.tilt <= LARGEST_TILT else Flaw(0.0, 0.0, 0.0, 0.0)
 
     @cached_property
     def drawn(self) -> Flaw:
         """How well the faces of all joints agree with planes, whether meant so or not."""
-        distance = tilt = 0.0
+        found = []
         for joint in np.flatnonzero(self._interfaces.area > 0):
             points = self._interfaces.point[self._interfaces.start[joint] : self._interfaces.start[joint + 1]]
             reach = 0.5 * float(np.linalg.norm(np.ptp(points, axis=0)))
             for corner in (face for side in (0, 1) for face in self._faces(int(joint), side)):
-                off, sine = _off_plane(corner, self._interfaces.frame[joint, 0])
-                distance, tilt = max(distance, off, sine * reach), max(tilt, sine)
-        return Flaw(distance, tilt)
+                off, sine, warp = _off_plane(corner, self._interfaces.frame[joint, 0])
+                found.append((np.hypot(off + sine * reach, _off_parallel(corner)), sine + warp))
+        each = np.array(found).reshape(-1, 2)
+        largest, mean = each.max(axis=0, initial=0.0), np.sqrt((each**2).sum(axis=0) / max(len(each), 1))
+        return Flaw(*map(float, (*largest, *mean)))
 
     def _polygons(self, joint: int, side: int) -> list[Floats]:
         """Convex polygons in the joint's plane that the faces of one block fill, each of shape (n, 3) [m]."""
@@ -166,14 +203,25 @@ class FaceOutlines:
         return [assembly.vertices[assembly.face_vertices[start[f] : start[f + 1]]] for f in rows]
 
 
-def _off_plane(corner: Floats, normal: Floats) -> tuple[float, float]:
+def _off_plane(corner: Floats, normal: Floats) -> tuple[float, float, float]:
     """The largest distance of a face's corners from its mean plane [m], and the sine of its tilt against a normal.
 
-    A face that is warped is tilted, too, by that distance over half its width: its plane is that of some of its corners
-    as well.
+    The third is the angle by which it is warped: that distance over half its width, as its plane is that of some of its
+    corners as well.
     """
     arm = corner - corner.mean(axis=0)
     _, _, axes = np.linalg.svd(arm, full_matrices=False)
     off, width = float(np.abs(arm @ axes[2]).max()), float(np.ptp(arm @ axes[1]))
     sine = float(np.linalg.norm(np.cross(axes[2], normal)))
-    return off, sine + (2.0 * off / width if width > 0 else 0.0)
+    return off, sine, 2.0 * off / width if width > 0 else 0.0
+
+
+def _off_parallel(corner: Floats) -> float:
+    """By how much the ends of those edges of a face are off that are drawn parallel, at most [m]."""
+    edge = np.roll(corner, -1, axis=0) - corner
+    length = np.linalg.norm(edge, axis=1)
+    edge, length = edge[length > 0], length[length > 0]
+    unit = edge / length[:, None]
+    sine = np.linalg.norm(np.cross(unit[:, None], unit), axis=2)
+    shorter = np.minimum(length[:, None], length)
+    return float(0.5 * (np.where(sine <= PARALLEL_EDGES, sine, 0.0) * shorter).max(initial=0.0))

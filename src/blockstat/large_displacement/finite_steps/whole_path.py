@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
-from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.tolerance import ROUNDING
 from blockstat.errors import check_count, check_number, check_positive
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
-from blockstat.large_displacement.displaced.face_outlines import FaceOutlines
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
+from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.finite_steps.follower import StepFollower
 from blockstat.large_displacement.finite_steps.implicit_follower import ImplicitFollower
@@ -24,9 +23,6 @@ from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathPo
 from blockstat.solve.dispatch import STRUCTURED
 from blockstat.typing import Floats
 
-if TYPE_CHECKING:
-    from blockstat.assembly import Assembly
-
 #: The longest step where the value is not a straight line. Relative to the median size of the free blocks. Chosen: the
 #: gaps that a step leaves are of second order in it, hence about 0.03^2, a thousandth of a block.
 LONGEST_STEP = 0.03
@@ -36,6 +32,9 @@ IMPLICIT_ABOVE = STRUCTURED // 10
 #: The longest implicit step, relative to the median size of the free blocks. Chosen: a facade as wide as it is high
 #: then takes about as many steps as are asked for.
 LONGEST_IMPLICIT_STEP = 0.15
+#: Joints are said to miss planes from this on. Relative to the largest free block. Chosen: the default tolerance of a
+#: path.
+TOLD_FLAW = 1e-4
 #: The largest tolerance of a path. Chosen: a curve that is wrong by more than a tenth is none.
 LARGEST_TOLERANCE = 0.1
 
@@ -138,32 +137,37 @@ def path_options(*, steps: Any, tolerance: Any, displacement: Any) -> tuple[floa
     return float(tolerance), None if displacement is None else float(displacement)
 
 
-def warnings_on_steps(states: Sequence[PathState], assembly: Assembly, interfaces: Interfaces) -> list[str]:
-    """Return what a reader must know of states that were found by finite steps.
+def warnings_on_accuracy(states: Sequence[PathState], structure: Structure) -> list[str]:
+    """Return what a reader must know of the accuracy of states: finite steps, and joints that miss planes.
 
     Parameters
     ----------
     states
         Of a path.
-    assembly
-        The blocks at rest.
-    interfaces
-        Their joints.
+    structure
+        The blocks and joints at rest.
 
     Returns
     -------
     list of str
-        Empty where there are no such states.
+        Empty where a linkage was followed whose joints are plane.
     """
+    size = float(free_sizes(structure.assembly).max())
     stepped = [(state.point.parameter, state.residual_gap) for state in states if state.residual_gap is not None]
     if not stepped:
-        return []
+        off = structure.outlines.flaw.distance
+        if off <= TOLD_FLAW * size:
+            return []
+        return [
+            f"faces of joints miss planes with parallel edges by up to {1e3 * off:.2g} mm, and are followed as such "
+            "planes: the end of the path is as uncertain as they are"
+        ]
     start, largest = min(stepped)[0], max(gap for _, gap in stepped)
     text = f"the mechanism is no linkage from {start:.4g} m on and is followed by finite steps"
-    if largest > CORNER_TOLERANCE * float(free_sizes(assembly).max()):
+    if largest > CORNER_TOLERANCE * size:
         text += f". Contacts that are open by up to {1e3 * largest:.2g} mm count as closed"
     told = [f"{text}. A run with so many steps that its path has more points shows the error"]
-    drawn = FaceOutlines(assembly, interfaces).drawn
+    drawn = structure.outlines.drawn
     if drawn.tilt > ROUNDING:
         told.append(
             f"faces of joints miss planes by up to {1e3 * drawn.distance:.2g} mm. Finite steps then follow each corner "

@@ -8,10 +8,8 @@ from itertools import product
 
 import numpy as np
 
-from blockstat.large_displacement.displaced.contact_pairs import JUST_CLOSED_GAP
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
-from blockstat.large_displacement.displaced.pose import Pose, free_sizes
-from blockstat.large_displacement.linkage.event_location import open_gaps
+from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.linkage.jump import FALLING_TOGETHER, MAX_PART_FALLEN, JumpEnd, jump
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import FindMechanism, PathEnd, PathEvent, PathPoint, PathState
@@ -170,8 +168,7 @@ class AfterEvent:
             The event, then the state that follows or the end.
         """
         linkage, point = state.linkage, state.point
-        tolerance = JUST_CLOSED_GAP * float(free_sizes(linkage.assembly).max())
-        closed = np.flatnonzero(open_gaps(linkage, point) <= tolerance)
+        closed = linkage.just_closed(point.pose, point.parameter)
         if not len(closed):  # the linkage has no pose beyond
             yield PathEnd.LOST
             return

@@ -207,11 +207,7 @@ def loss_of_equilibrium(
     for parameter in (root - width, root + width):
         if start < parameter < end:
             excess(parameter)
-    low, high = state, beyond
-    for parameter in sorted(seen):
-        if excess(parameter) <= 0:
-            low = seen[parameter]
-        else:
-            high = seen[parameter]
-            break
-    return low, high
+    # Next to the root a solver's accuracy may be more than the adhesion, so that its sign is not in order there.
+    order = sorted(seen)
+    last = max(k for k, parameter in enumerate(order) if excess(parameter) <= 0)
+    return seen[order[last]], seen[order[last + 1]] if last + 1 < len(order) else beyond

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
-from blockstat.large_displacement.displaced.contact_pairs import JUST_CLOSED_GAP, ZERO_GAP
+from blockstat.large_displacement.displaced.contact_pairs import ZERO_GAP
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED, contact_status, tie_status
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
 from blockstat.large_displacement.linkage.kinematics import motion_at_fixed_parameter, pose_at
@@ -164,7 +164,6 @@ def _first_closing(
 
 def _landed(linkage: Linkage, pose: Pose, parameter: float, opened: list[int]) -> JumpEnd:
     """The end of a jump, with the contacts sticking that have closed and the ties held that are taut."""
-    gap = linkage.gaps(pose, parameter)
-    closed = np.flatnonzero(linkage.open & (gap <= JUST_CLOSED_GAP * float(free_sizes(linkage.assembly).max())))
+    closed = linkage.just_closed(pose, parameter)
     shut = linkage.contacts.joint[closed[closed < linkage.contacts.number]].tolist()
     return JumpEnd(linkage.rejoined(closed, pose, parameter), pose, opened, shut)

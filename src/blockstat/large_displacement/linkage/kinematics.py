@@ -93,9 +93,9 @@ def tangent(linkage: Linkage, pose: Pose, parameter: float, guess: Floats) -> Fl
     guess = guess / rate if rate > 0 else guess
     equations = _equations(linkage, pose, parameter, guess)
     start = linkage.body_motions(guess)
-    found = start + _least_change(equations.matrix, equations.rate - equations.matrix @ start, linkage.flaw_of_rates)
+    found = start + _least_change(linkage, equations.matrix, equations.rate - equations.matrix @ start)
     missing = equations.matrix @ found - equations.rate
-    flaw = linkage.flaw_of_rates * np.sqrt(12.0) * float(np.abs(found).max(initial=0.0))  # of the motions of two bodies
+    flaw = linkage.flaw_of_rows * np.sqrt(12.0) * float(np.abs(found).max(initial=0.0))  # of the motions of two bodies
     if np.abs(missing).max(initial=0.0) > MAX_RATE_RESIDUAL and _rms(missing) > flaw:
         return None
     return linkage.block_motions(pose, found, equations.origin)
@@ -116,7 +116,7 @@ def motion_at_fixed_parameter(linkage: Linkage, pose: Pose, parameter: float, gu
     """
     equations = _equations(linkage, pose, parameter, guess)
     start = linkage.body_motions(guess)
-    found = start - _least_change(equations.matrix, equations.matrix @ start, linkage.flaw_of_rates)
+    found = start - _least_change(linkage, equations.matrix, equations.matrix @ start)
     return linkage.block_motions(pose, found, equations.origin)
 
 
@@ -170,7 +170,8 @@ def pose_at(
         if not error < DIVERGED_RESIDUAL * size or grows:
             return None
         best = min(best, error)
-        pose = linkage.moved(pose, _least_change(matrix, missing, linkage.flaw_of_rates), equations.origin)
+        change = _least_change(linkage, matrix, missing, more=int(along is not None))
+        pose = linkage.moved(pose, change, equations.origin)
     return None
 
 
@@ -286,19 +287,24 @@ def _rms(residual: Floats) -> float:
     return float(np.sqrt(np.mean(residual**2))) if len(residual) else 0.0
 
 
-def _least_change(matrix: Any, missing: Floats, flaw: float) -> Floats:
-    """The shortest x that minimises |matrix @ x - missing|.
+def _least_change(linkage: Linkage, matrix: Any, missing: Floats, *, more: int = 0) -> Floats:
+    """The shortest x that minimises |matrix @ x - missing| of the contacts and ties.
 
-    Each row of the matrix is off by `flaw`, so its singular values are by flaw sqrt(rows) at most (Weyl). Rows are as
-    long as a unit normal at least, so the largest singular value is no less than sqrt(rows / unknowns). Relative to it,
-    those below flaw sqrt(unknowns) may be zero.
+    The last row is that of the control, if there is one, and `more` rows follow it. These are no contacts, so they are
+    kept exactly, unless the matrix is sparse. Each other row is off by the flaw, so the singular values are by
+    flaw sqrt(rows) at most (Weyl). Rows are as long as a unit normal at least, so the largest singular value is no less
+    than sqrt(rows / unknowns). Relative to it, those below flaw sqrt(unknowns) may be zero.
     """
     rows, unknowns = matrix.shape
     if not rows or not unknowns:
         return np.zeros(unknowns)
-    rank = flaw * np.sqrt(unknowns)
+    rank = max(RANK_TOLERANCE, linkage.flaw_of_rows * np.sqrt(unknowns))
     if isinstance(matrix, np.ndarray):
-        found: Any = np.linalg.lstsq(matrix, missing, rcond=max(RANK_TOLERANCE, rank))[0]
+        contacts, kept = np.split(matrix, [rows - more - (linkage.control is not None)])
+        start = np.linalg.lstsq(kept, missing[len(contacts) :], rcond=RANK_TOLERANCE)[0]
+        directions = np.linalg.qr(kept.T)[0]
+        across = contacts - (contacts @ directions) @ directions.T
+        found: Any = start + np.linalg.lstsq(across, missing[: len(contacts)] - contacts @ start, rcond=rank)[0]
         return found
     from scipy.sparse.linalg import splu
 

@@ -13,7 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.geometry.components import connected_components
-from blockstat.large_displacement.displaced.contact_pairs import ContactPairs, gaps, pairs_at_rest, rejoined
+from blockstat.large_displacement.displaced.contact_pairs import (
+    JUST_CLOSED_GAP,
+    ContactPairs,
+    gaps,
+    pairs_at_rest,
+    rejoined,
+)
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status, tie_status
 from blockstat.large_displacement.displaced.control import Control
 from blockstat.large_displacement.displaced.pose import Pose, free_sizes, rest_pose, rotation_matrices
@@ -23,9 +29,10 @@ from blockstat.typing import Floats, Ints
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Points lie on one line when their second singular value is below this. Relative to the first. Chosen: far above the
-#: rounding of coordinates, far below any proportion of a joint.
-COLLINEAR = 1e-6
+#: Points lie on one line when their second singular value is below this. Relative to the first. Chosen: the points of
+#: an edge whose corners are off by millimetres do, and blocks whose points are taken for those of an edge in error are
+#: held by equations instead of being one body.
+COLLINEAR = 1e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +83,27 @@ class Linkage:
         """
         gap = gaps(self.assembly, self.contacts, pose, parameter)
         return np.append(gap, slack_of_ties(self.assembly, self.structure.with_supports(pose, parameter)))
+
+    def just_closed(self, pose: Pose, parameter: float) -> Ints:
+        """Return the open contacts and slack ties that close at a pose, in the order of `gaps`.
+
+        Parameters
+        ----------
+        pose
+            The pose, which was located by root finding.
+        parameter
+            Its parameter [m].
+
+        Returns
+        -------
+        Ints
+            Shape (k,). Of an edge of a joint that closes, all points, where they are off by the flaw of the joints.
+        """
+        gap = np.where(self.open, self.gaps(pose, parameter), np.inf)
+        closes = gap <= JUST_CLOSED_GAP * float(free_sizes(self.assembly).max())
+        closing = np.isin(self.contacts.joint, self.contacts.joint[closes[: self.contacts.number]])
+        closes[: self.contacts.number] |= closing & (gap[: self.contacts.number] <= self.flaw_of_gaps)
+        return np.flatnonzero(closes)
 
     def rejoined(self, rows: Ints, pose: Pose, parameter: float) -> Linkage:
         """Return the linkage with contacts that have closed sticking, and ties that are taut again of fixed length.
@@ -155,6 +183,11 @@ class Linkage:
     def flaw_of_rates(self) -> float:
         """By how much the rate of a contact may be off, relative to the fastest motion (`FaceOutlines.flaw`)."""
         return self.structure.outlines.flaw.rate(self.length)
+
+    @cached_property
+    def flaw_of_rows(self) -> float:
+        """Root mean square by which the rows of the linkage's equations may be off (`FaceOutlines.flaw`)."""
+        return self.structure.outlines.flaw.row(self.length, slides=bool(self.sliding.any()))
 
     @cached_property
     def flaw_of_gaps(self) -> float:
@@ -313,7 +346,7 @@ def linkage_at_rest(
         Ties keep their length, unless the mechanism shortens them or they yield in it.
     """
     assembly = structure.assembly
-    contacts = pairs_at_rest(assembly, structure.interfaces)
+    contacts = pairs_at_rest(assembly, structure.interfaces, straight=structure.outlines.flaw.gap(0.0))
     if drive is not None:
         contacts = replace(contacts, drive=drive[contacts.joint])
     closed = np.ones(contacts.number, dtype=bool)

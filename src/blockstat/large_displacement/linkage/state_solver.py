@@ -94,7 +94,8 @@ class StateSolver:
             return PathState(point, point.linkage, point.forces)
         linkage = with_new_sliding_contacts(linkage, point.pose, point.parameter, point.tangent)
         multiplier = point.value if self.structure.live is not None else 0.0
-        forces = equilibrium_forces(linkage.configuration(point.pose, point.parameter), multiplier)
+        here = linkage.configuration(point.pose, point.parameter)
+        forces = equilibrium_forces(here, multiplier, slides=bool(linkage.sliding.any()))
         return PathState(point, linkage, forces)
 
     def state_at(self, state: PathState, parameter: float) -> PathState | None:

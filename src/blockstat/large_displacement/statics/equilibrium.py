@@ -111,7 +111,7 @@ def unbalanced(problem: Problem) -> float:
     return float(max(force.max(), moment.max() / length)) / unit
 
 
-def equilibrium_forces(configuration: Configuration, multiplier: float) -> EquilibriumForces:
+def equilibrium_forces(configuration: Configuration, multiplier: float, *, slides: bool = False) -> EquilibriumForces:
     """Find forces in equilibrium with the dead load and a multiple of the live load.
 
     Parameters
@@ -120,6 +120,9 @@ def equilibrium_forces(configuration: Configuration, multiplier: float) -> Equil
         The displaced structure.
     multiplier
         Of the live load.
+    slides
+        Whether contacts slide, so that forces are where friction has them, to the flaw of the joints. Forces that hold
+        together contacts that stick find their balance where these are drawn.
 
     Returns
     -------
@@ -135,7 +138,7 @@ def equilibrium_forces(configuration: Configuration, multiplier: float) -> Equil
         return EquilibriumForces(0.0, True, 0.0, none, (), problem, np.empty((0, 3)))
     answer = solve_margin(program, solver=configuration.structure.solver)
     adhesion = np.inf if answer.status.is_infeasible else least_adhesion(program, answer.force)
-    tolerance = adhesion_tolerance(configuration, answer.force)
+    tolerance = adhesion_tolerance(configuration, answer.force) if slides else ADHESION_TOLERANCE
     force, proven = checked(program, answer.force, settles=adhesion <= tolerance)
     found = forces_of(problem, force, answer.twist, adhesion, proven)
     return replace(found, solved=proven or not answer.status.is_stalled, tolerance=tolerance)
