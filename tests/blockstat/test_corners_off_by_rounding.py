@@ -106,6 +106,17 @@ def test_an_arch_that_is_turned_and_rounded_to_millimetres_carries_to_where_the_
     assert curve.displacement[-1] == pytest.approx(exact.displacement[-1], rel=10 * 0.5e-3 / 0.4)
 
 
+@pytest.mark.parametrize("away", [(1.0, 0, 0), (0, 0, -1.0)])
+@pytest.mark.parametrize(("size", "seed"), [(1e-6, 1), (1e-4, 2)])
+def test_an_arch_with_corners_slightly_off_is_spread_as_far_as_the_exact_one(size, seed, away):
+    """A support moves out by .3 m, or down by .7 m, until the arch falls: by as much as the exact arch and its flaw."""
+    ring = assemble(arch(span=2.0, thickness=0.25, depth=0.4, voussoirs=10, springers=0.3), friction=0.7)
+    moved = {ring.names[np.flatnonzero(ring.support)[-1]]: away}
+    exact, path = (settle_to_collapse(scene, moved) for scene in (ring, noisy(ring, size, seed)))
+    assert path.collapse == pytest.approx(exact.collapse, rel=1e-6 + 10 * size / 0.25)
+    assert path.reaction[0] == pytest.approx(exact.reaction[0], rel=1e-6 + 10 * size / 0.25)
+
+
 @pytest.mark.parametrize(("size", "seed"), [(1e-6, 1), (1e-4, 2), (1e-3, 3)])
 def test_a_wall_of_bricks_with_corners_slightly_off_turns_over_by_its_thickness(size, seed):
     """Four bricks a course in running bond, .3 m thick and 1.5 m high: .3 / 1.5 at rest, zero at .3 m at its top."""

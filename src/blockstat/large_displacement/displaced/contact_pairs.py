@@ -108,8 +108,9 @@ def pairs_at_rest(assembly: Assembly, interfaces: Interfaces, *, straight: float
     interfaces
         Their joints.
     straight
-        A corner of a joint that is this near to the line between its neighbours is none [m]. Where two faces whose
-        corners are slightly off are clipped against each other, an edge of the joint has several such corners.
+        A corner of a joint that is this near to the line between its neighbours is none, and a point this near to a
+        corner of a block is that corner [m]. Where two faces whose corners are slightly off are clipped against each
+        other, an edge of the joint has several corners, and they are not quite those of the blocks.
 
     Returns
     -------
@@ -119,7 +120,7 @@ def pairs_at_rest(assembly: Assembly, interfaces: Interfaces, *, straight: float
     """
     joint = interfaces.point_interface
     pair = interfaces.pair[joint]
-    within = CORNER_TOLERANCE * side_sizes(assembly, pair)
+    within = CORNER_TOLERANCE * side_sizes(assembly, pair) + straight
     corner = np.stack([_is_corner(assembly, pair[:, k], interfaces.point, within[:, k]) for k in (0, 1)], axis=1)
     normal, edge = interfaces.frame[joint, 0], np.zeros((len(joint), 2, 3))
     for row in np.flatnonzero(~corner.any(axis=1)):
