@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from blockstat import Block, LoadOutcome, Outcome, assess, find_interfaces, limit_load
+from blockstat import Block, JointLaw, LoadOutcome, Outcome, assess, find_interfaces, limit_load
 from evidence.scenes.small import assembly, box
 
 L_BED = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)]
@@ -34,6 +34,13 @@ def on_frame(bearing):
     lying = upright(U_FRAME, -1, 0, "bed")
     standing = Block(lying.vertices @ [[1, 0, 0], [0, 0, 1], [0, -1, 0]], lying.faces, "bed")
     return assembly([standing, box((0.8, 0, 2), (3 + bearing, 1, 2.4), name="slab")], supports=["bed"], friction=0.7)
+
+
+def on_piers(bearing):
+    """The same lintel on two piers."""
+    piers = [box((0, 0, 0), (1, 1, 2), name="left"), box((3, 0, 0), (4, 1, 2), name="bed")]
+    lintel = box((0.8, 0, 2), (3 + bearing, 1, 2.4), name="slab")
+    return assembly([*piers, lintel], supports=["left", "bed"], friction=0.7)
 
 
 def turn(axis, degrees):
@@ -112,3 +119,63 @@ def test_the_outline_of_a_bearing_keeps_its_corners_when_an_arm_of_it_is_none():
         away = np.linalg.norm(corners[:, None] - wanted, axis=2)
         assert away.min(axis=1).max() < 1e-6
         assert away.min(axis=0).max() < 1e-6
+
+
+@pytest.mark.parametrize("width", [2e-6, 1e-4])
+def test_a_bearing_narrower_than_a_thousandth_is_told_whether_or_not_its_blocks_meet_elsewhere(width):
+    told = (
+        'stable only with joints narrower than 0.001 of their smaller block: "bed" to "slab"; without them it is not '
+        "proven stable",
+    )
+    assert assess(on_piers(width)).warnings == told
+    for asm in (on_frame(width), on_bed(L_BED, (1 - width, 0.5), (3, 2))):
+        for _, turned in copies(asm, far=False):
+            verdict = assess(turned)
+            assert (verdict.outcome, verdict.warnings) == (Outcome.STABLE, told)
+        assert assess(asm, flow="coulomb").warnings == told
+
+
+def test_a_limit_that_rests_on_a_narrow_arm_says_what_is_carried_without_it():
+    """Without the arm the slab tips about y = 1, 0.2 m from its centroid; with it about the line to (1, 1.4)."""
+    asm = on_bed(L_BED, (1 - 1e-4, 0.2), (3, 1.4), mu=4.0)
+    for rotation, turned in copies(asm, far=False):
+        found = limit_load(turned, rotation @ [0.0, 1.0, 0.0])
+        assert found.lower == pytest.approx(0.4 / (THICK / 2), rel=1e-3)
+        (text,) = found.warnings
+        head, carried = text.rsplit(" ", 1)
+        assert head.endswith('narrower than 0.001 of their smaller block: "bed" to "slab"; without them it is')
+        assert float(carried) == pytest.approx(0.2 / (THICK / 2), rel=1e-3)
+    standing = limit_load(on_bed(L_BED, (1 - 1e-4, 0.5), (3, 2)), (0, 1, 0))
+    assert standing.warnings[-1].endswith("without them the dead load is not proven to be carried")
+
+
+def test_a_narrow_arm_that_nothing_needs_is_not_told():
+    """Pushed away from the arm, the slab tips about y = 0.2, 0.6 m from its centroid."""
+    asm = on_bed(L_BED, (1 - 1e-4, 0.2), (3, 1.4), mu=9.0)
+    assert assess(asm).warnings == ()
+    found = limit_load(asm, (0, -1, 0))
+    assert found.lower == pytest.approx(0.6 / (THICK / 2), rel=1e-4)
+    assert found.warnings == ()
+
+
+@pytest.mark.parametrize(
+    "law", [{"compression": 1e7}, {"tension": 0.01}, {"cohesion": 0.01}, {"compression": 1e7, "cells": 3}]
+)
+def test_a_narrow_arm_is_told_under_a_joint_law(law):
+    """The tension, 0.01 Pa on 1 m2, has a moment of at most 0.005 N m; the slab has one of 0.25 m times its 0.9 N."""
+    asm = on_bed(L_BED, (1 - 1e-4, 0.5), (3, 2), joints=[JointLaw(("*", "*"), **law)])
+    verdict = assess(asm)
+    assert verdict.outcome is Outcome.STABLE
+    assert any("stable only with joints narrower than 0.001" in text for text in verdict.warnings)
+
+
+def test_a_wide_bearing_in_small_pieces_is_no_sliver():
+    """The bed has a round notch of 60 sides, each shorter than a thousandth of the slab, whose size is 0.84 m."""
+    angle = np.linspace(np.pi, 0, 61)
+    notch = 0.01 * np.column_stack([np.cos(angle), np.sin(angle)])
+    bed = [(-1.0, 0.0), *notch.tolist(), (1.0, 0.0), (1.0, 1.0), (-1.0, 1.0)]
+    asm = on_bed(bed, (-1, 0), (1, 1))
+    joints = find_interfaces(asm)
+    assert min(patch.area for patch in joints.patches) < 1e-3 * asm.size[1] * 0.9  # in triangles across the bed
+    verdict = assess(asm)
+    assert (verdict.outcome, verdict.warnings) == (Outcome.STABLE, ())
