@@ -135,6 +135,22 @@ def test_a_bearing_narrower_than_a_thousandth_is_told_whether_or_not_its_blocks_
         assert assess(asm, flow="coulomb").warnings == told
 
 
+@pytest.mark.parametrize("width", [1e-9, 1e-7, 1e-5, 1e-3, 0.1])
+def test_a_bed_of_one_block_bears_as_one_of_two(width):
+    """Cut along y = 1 into two supports, the L-shaped bed bears as before; the arm has a block of its own."""
+    slab = box((1 - width, 0.5, 0), (3, 2, THICK), name="slab")
+    halves = [[(0, 0), (3, 0), (3, 1), (0, 1)], [(0, 1), (1, 1), (1, 3), (0, 3)]]
+    beds = [upright(outline, -0.5, 0, name) for outline, name in zip(halves, ("bed", "other"), strict=True)]
+    two = assembly([*beds, slab], supports=["bed", "other"], friction=0.7)
+    one = on_bed(L_BED, (1 - width, 0.5), (3, 2))
+    for (rotation, whole), (_, cut) in zip(copies(one, far=False), copies(two, far=False), strict=True):
+        push = rotation @ [0.3, 1.0, 0.0]
+        own, other = limit_load(whole, push), limit_load(cut, push)
+        assert own.outcome is other.outcome
+        assert own.lower == pytest.approx(other.lower, rel=1e-4)
+        assert len(own.warnings) == len(other.warnings)
+
+
 def test_a_limit_that_rests_on_a_narrow_arm_says_what_is_carried_without_it():
     """Without the arm the slab tips about y = 1, 0.2 m from its centroid; with it about the line to (1, 1.4)."""
     asm = on_bed(L_BED, (1 - 1e-4, 0.2), (3, 1.4), mu=4.0)
