@@ -30,7 +30,7 @@ from blockstat.contact.faces import (
     planar,
 )
 from blockstat.contact.features import INSIDE, OUTSIDE, RIM, Features, crossings, position, together
-from blockstat.contact.interfaces import Dropped, near_blocks
+from blockstat.contact.interfaces import WIDTH, Dropped, near_blocks
 from blockstat.contact.known_contacts import Contacts, Tolerances, search_of
 from blockstat.contact.overlap.penetration import (
     check_copies,
@@ -548,7 +548,7 @@ def test_concave_faces_have_a_patch_for_each_part_that_they_share():
     plank_face = 6 * 0 + int(np.flatnonzero(asm.face_block == 1)[4])
     frame, origin = np.array([[[0, -1.0, 0], [1, 0, 0], [0, 0, 1.0]]]), np.array([[0.5, 0.0, 0.25]])
     rows, polygons, counts, pieces = concave_patches(
-        asm, np.array([comb_face]), np.array([plank_face]), frame, origin, np.array([0])
+        asm, np.array([comb_face]), np.array([plank_face]), frame, origin, np.array([0]), WIDTH
     )
     found = sorted(
         (p[:n].min(axis=0).round(9).tolist(), p[:n].max(axis=0).round(9).tolist())
@@ -561,7 +561,8 @@ def test_concave_faces_have_a_patch_for_each_part_that_they_share():
     for p, n in zip(polygons, counts, strict=True):
         assert shapely.Polygon(p[:n]).exterior.is_ccw
         assert len(p) >= n
-    none = concave_patches(asm, np.array([comb_face]), np.array([plank_face]), frame, origin, np.empty(0, dtype=int))
+    nothing = np.empty(0, dtype=int)
+    none = concave_patches(asm, np.array([comb_face]), np.array([plank_face]), frame, origin, nothing, WIDTH)
     assert [len(part) for part in none] == [0, 0, 0, 0]
     assert none[1].shape == (0, 3, 2)
 

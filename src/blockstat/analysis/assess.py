@@ -17,8 +17,7 @@ from blockstat.analysis.reserve import (
     neutral_blocks,
     neutral_warning,
     sliver_warning,
-    slivers_of,
-    without,
+    without_slivers,
 )
 from blockstat.analysis.rims import falling_freely, judged_with_rims, overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
@@ -291,8 +290,7 @@ def _with_reserve(problem: Problem, verdict: Verdict, checked: Answer, loads: Lo
     warnings = neutral_warning(problem, neutral)
     slivers = loaded_slivers(problem, verdict.forces)
     if len(slivers):
-        others = without(problem.interfaces, slivers_of(problem))
-        bare = assess(problem.assembly, loads=loads, interfaces=others, solver=solver, score=False)
+        bare = assess(problem.assembly, loads=loads, interfaces=without_slivers(problem), solver=solver, score=False)
         warnings += [] if bare.outcome is Outcome.STABLE else sliver_warning(problem, slivers)
     return replace(verdict, neutral=neutral, warnings=(*verdict.warnings, *warnings)) if warnings else verdict
 

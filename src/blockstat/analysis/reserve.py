@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -20,8 +20,11 @@ from blockstat.analysis.problem import Problem
 from blockstat.analysis.verdict import corner_speed
 from blockstat.certificate.check import FORCE_TOLERANCE, balance, force_errors
 from blockstat.certificate.neutral import ON_A_LINE, loose_blocks
+from blockstat.contact.coplanar import Parts, Patch, Patches
+from blockstat.contact.faces import convex_pieces, opened, outline_hull
 from blockstat.contact.features import ContactKind
-from blockstat.contact.interfaces import Interfaces
+from blockstat.contact.interfaces import WIDTH, Interfaces
+from blockstat.geometry import clipping
 from blockstat.geometry.components import connected_components
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.program.ties import tie_columns
@@ -155,7 +158,10 @@ def neutral_warning(problem: Problem, neutral: Ints, limit: int = 3) -> list[str
 
 
 def slivers_of(problem: Problem) -> Ints:
-    """Find the joints that are slivers: patches narrower than `SLIVER` of the smaller block, and edges shorter.
+    """Find the joints that are slivers, or have some that reach beyond the rest of them.
+
+    Slivers are patches narrower than `SLIVER` of the smaller block, arms of patches that are as narrow, and edges that
+    are shorter.
 
     Parameters
     ----------
@@ -167,18 +173,11 @@ def slivers_of(problem: Problem) -> Ints:
     Ints
         Numbers of the interfaces, ascending.
     """
-    interfaces = problem.interfaces
-    if not interfaces.n_interfaces:
-        return np.empty(0, dtype=np.int64)
-    first = interfaces.start[:-1]
-    box = np.maximum.reduceat(interfaces.point, first) - np.minimum.reduceat(interfaces.point, first)
-    least, length = SLIVER * problem.assembly.size[interfaces.pair].min(axis=1), np.linalg.norm(box, axis=1)
-    narrow = (interfaces.area > 0) & (interfaces.area < least * length)
-    return np.flatnonzero(narrow | ((interfaces.kinds == ContactKind.EDGE) & (length < least)))
+    return np.array(sorted(_narrow_joints(problem, problem.interfaces)), dtype=np.int64)
 
 
 def loaded_slivers(problem: Problem, forces: Floats) -> Ints:
-    """Find the joints that are slivers and carry load.
+    """Find the joints that carry load on slivers.
 
     Parameters
     ----------
@@ -192,30 +191,160 @@ def loaded_slivers(problem: Problem, forces: Floats) -> Ints:
     Ints
         Numbers of the interfaces, ascending.
     """
-    narrow = slivers_of(problem)
-    if not len(narrow):
-        return narrow
-    carried = np.add.reduceat(np.linalg.norm(forces, axis=1), problem.interfaces.start[:-1])[narrow]
+    interfaces = problem.interfaces
     own = np.where(problem.assembly.support, np.inf, np.linalg.norm(problem.load[:, :3], axis=1))
-    return narrow[carried > FORCE_TOLERANCE * own[problem.interfaces.pair[narrow]].min(axis=1)]
+    loaded = []
+    for k, narrow in sorted(_narrow_joints(problem, interfaces).items()):
+        carried = np.linalg.norm(forces[interfaces.start[k] : interfaces.start[k + 1]][narrow.beyond], axis=1).sum()
+        if carried > FORCE_TOLERANCE * own[interfaces.pair[k]].min():
+            loaded.append(k)
+    return np.array(loaded, dtype=np.int64)
 
 
-def without(interfaces: Interfaces, left_out: Ints) -> Interfaces:
-    """Return interfaces without some of them.
+class _Narrow(NamedTuple):
+    """A joint that is a sliver or has some."""
+
+    beyond: np.ndarray  #: which of its points slivers alone give
+    hull: Floats  #: corners of what is wide, shape (n, 3), none where nothing is [m]
+    wide: list[Floats]  #: convex polygons that this is made of, along t1 and t2 from the first point of the joint [m]
+
+
+def _narrow_joints(problem: Problem, interfaces: Interfaces) -> dict[int, _Narrow]:
+    """The joints among some interfaces of a problem that have slivers, by number.
+
+    A strip along the rim of what is wide is none: it moves an arm by its width at most, which is nothing.
+    """
+    if not interfaces.n_interfaces:
+        return {}
+    least = SLIVER * problem.assembly.size[interfaces.pair].min(axis=1)
+    length = _diagonals(interfaces.point, interfaces.start[:-1])
+    narrow = (interfaces.area > 0) & (interfaces.area < least * length)
+    narrow |= (interfaces.kinds == ContactKind.EDGE) & (length < least)
+    parts = _parts_of_narrow(interfaces, narrow, least)
+    found = {}
+    for k in sorted({*np.flatnonzero(narrow).tolist(), *parts}):
+        points = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]]
+        own = _what_is_wide(points, parts.get(k, []), interfaces.frame[k, 1:], float(least[k]))
+        if own.beyond.any():
+            found[k] = own
+    return found
+
+
+def _diagonals(point: Floats, start: Ints) -> Floats:
+    """Of the boxes of points, one list after the other [m]."""
+    return np.linalg.norm(np.maximum.reduceat(point, start) - np.minimum.reduceat(point, start), axis=1)
+
+
+def _parts_of_narrow(interfaces: Interfaces, narrow: np.ndarray, least: Floats) -> Parts:
+    """What those joints are made of whose hull is more than their patches, of pairs of which one or a patch is narrow.
+
+    Patches are convex: a narrow arm of one that is not comes in pieces, of which the last at least is narrow.
+    """
+    patches = interfaces.patches
+    if patches is None:
+        return {}
+    n = int(max(interfaces.pair.max(), patches.pair.max())) + 1
+    key, asked = interfaces.pair @ [n, 1], patches.pair @ [n, 1]
+    widths = dict(zip(key.tolist(), least.tolist(), strict=True))
+    width = np.array([widths.get(k, 0.0) for k in asked.tolist()])
+    length = _diagonals(patches.corner, np.cumsum(patches.count) - patches.count)
+    thin = np.where(patches.count > 2, patches.area < width * length, length < width)
+    return _parts_of_pairs(interfaces, np.isin(key, np.union1d(asked[thin], key[narrow])))
+
+
+def _parts_of_pairs(interfaces: Interfaces, joints: np.ndarray) -> Parts:
+    """`Interfaces.parts` of some joints, which are all those of their pairs, without a look at the others."""
+    rows = np.flatnonzero(joints)
+    if not len(rows):
+        return {}
+    few = replace(interfaces.subset(rows), patches=_of_pairs(interfaces.patches, interfaces.pair[rows])[0])
+    return {int(rows[k]): own for k, own in few.parts.items()}
+
+
+def _of_pairs(patches: Patches | None, pairs: Ints) -> tuple[Patches | None, Patches | None]:
+    """The patches of some pairs of blocks, and the others."""
+    if patches is None:
+        return None, None
+    n = int(max(pairs.max(initial=0), patches.pair.max())) + 1
+    own = np.isin(patches.pair @ [n, 1], pairs @ [n, 1])
+    return patches.take(np.flatnonzero(own)), patches.take(np.flatnonzero(~own))
+
+
+def _what_is_wide(points: Floats, parts: list[Floats], across: Floats, least: float) -> _Narrow:
+    """What of a joint is wide: of its patches, edges that are long enough, and corners."""
+    import shapely
+
+    flat = [(part - points[0]) @ across.T for part in parts]
+    # Patches that touch are one, also where rounding has left a seam between them.
+    room = WIDTH * least
+    solid = [shapely.buffer(shapely.Polygon(own), room, join_style="mitre") for own in flat if len(own) > 2]
+    wide = [own for own in shapely.get_parts(opened(shapely.union_all(solid), least)) if own.geom_type == "Polygon"]
+    pieces = [piece for own in wide for piece in convex_pieces(own)]
+    if not pieces:
+        return _Narrow(np.ones(len(points), dtype=bool), np.empty((0, 3)), [])
+    bare = [own for own in flat if len(own) == 1 or (len(own) == 2 and np.linalg.norm(own[1] - own[0]) >= least)]
+    hull = outline_hull(np.concatenate([*pieces, *bare]))
+    away = shapely.distance(shapely.points((points - points[0]) @ across.T), shapely.Polygon(hull))
+    return _Narrow(away > least, points[0] + hull @ across, pieces)
+
+
+def without_slivers(problem: Problem) -> Interfaces:
+    """Return the interfaces of a problem without its slivers.
 
     Parameters
     ----------
-    interfaces
-        All of them.
-    left_out
-        Numbers of those to leave out.
+    problem
+        The posed problem.
 
     Returns
     -------
     Interfaces
-        The others, in the same order.
+        On the hulls of what of the joints is wide. Those that joint laws divide into cells are not divided yet; where
+        joints were given in cells, the cells on slivers are missing.
     """
-    return interfaces.subset(np.setdiff1d(np.arange(interfaces.n_interfaces), left_out))
+    interfaces = problem.interfaces if problem.undivided is None else problem.undivided
+    narrow = _narrow_joints(problem, interfaces)
+    points, area = np.split(interfaces.point, interfaces.start[1:-1]), interfaces.area.copy()
+    share = None if interfaces.share is None else interfaces.share[_kept(interfaces, narrow)]
+    for k, own in narrow.items():
+        points[k] = own.hull if share is None else points[k][~own.beyond]
+        area[k] = area[k] if share is not None else sum(_area(piece) for piece in own.wide)
+    rows = np.flatnonzero([len(own) > 0 for own in points])
+    start = np.concatenate([[0], np.cumsum([len(points[k]) for k in rows])]).astype(np.int64)
+    point = np.concatenate([np.empty((0, 3)), *(points[k] for k in rows)])
+    left = replace(interfaces.subset(rows), point=point, start=start, area=area[rows], share=share)
+    return replace(left, patches=_wide_patches(interfaces, narrow))
+
+
+def _kept(interfaces: Interfaces, narrow: dict[int, _Narrow]) -> np.ndarray:
+    """Which points are not on slivers alone."""
+    kept = np.ones(interfaces.n_points, dtype=bool)
+    for k, own in narrow.items():
+        kept[interfaces.start[k] : interfaces.start[k + 1]] = ~own.beyond
+    return kept
+
+
+def _wide_patches(interfaces: Interfaces, narrow: dict[int, _Narrow]) -> Patches | None:
+    """The patches without slivers."""
+    joints = list(narrow)
+    n = int(interfaces.pair.max(initial=0)) + 1
+    key = interfaces.pair @ [n, 1]
+    beside = np.isin(key, key[joints])
+    patches = _of_pairs(interfaces.patches, interfaces.pair[joints])[1]
+    if patches is None:
+        return None
+    parts, more = _parts_of_pairs(interfaces, beside), []
+    for k in np.flatnonzero(beside).tolist():
+        origin, frame = interfaces.point[interfaces.start[k]], interfaces.frame[k]
+        flat = narrow[k].wide if k in narrow else [(own - origin) @ frame[1:].T for own in parts.get(k, [])]
+        gap = float(interfaces.gap[k])
+        more += [Patch(interfaces.pair[k], frame, origin, _area(own), gap, own) for own in flat]
+    return patches.with_more(more) if more else patches
+
+
+def _area(polygon: Floats) -> float:
+    """Of a convex polygon; none of an edge or a corner."""
+    return float(clipping.area(polygon[None], np.array([len(polygon)]))[0])
 
 
 def sliver_warning(
@@ -279,7 +408,7 @@ def limit_warning(
     loaded = narrow if np.isinf(carried) else loaded_slivers(problem, forces)
     if carried <= 0 or not len(loaded):
         return []
-    bare = again(interfaces=without(problem.interfaces, narrow)).lower
+    bare = again(interfaces=without_slivers(problem)).lower
     if bare >= (1 - SLIVER - tolerance) * carried:
         return []
     words = f"it is {bare:.6g}" if np.isfinite(bare) else "the dead load is not proven to be carried"

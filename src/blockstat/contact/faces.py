@@ -20,6 +20,12 @@ REFLEX = 1e-6
 FILLED = 1e-6
 #: Gaps between polygons below this fraction of them are rounding.
 SEAM = 1e-9
+#: A corner with one over the sine of half its angle above this is an arm: over a hundred times the width asked for,
+#: it is narrower than a tenth of it.
+SHARP = 1e3
+#: What is wide grows back by this part more than it shrank, because circles are polygons that lack half a hundredth of
+#: their radius. So an arm leaves a stub of a twentieth of the width.
+REGROWTH = 0.1
 
 
 def flatness(assembly: Assembly, gap: float | str) -> Floats:
@@ -219,7 +225,7 @@ def gaps_of_surfaces(
 
 
 def concave_patches(
-    assembly: Polyhedra, fa: Ints, fb: Ints, frame: Floats, origin: Floats, rows: Ints
+    assembly: Polyhedra, fa: Ints, fb: Ints, frame: Floats, origin: Floats, rows: Ints, width: float
 ) -> tuple[Ints, Floats, Ints, dict[int, list[Floats]]]:
     """Return the convex hulls of the common parts of two faces, one row a connected part.
 
@@ -235,6 +241,8 @@ def concave_patches(
         A point of each plane [m].
     rows : array of int, shape (k,)
         Pairs of faces to go through.
+    width : float
+        What is narrower than this, relative to the smaller block, is no patch.
 
     Returns
     -------
@@ -246,6 +254,12 @@ def concave_patches(
         Corners of each polygon.
     pieces : dict of list of array, shape (k, 2)
         Convex polygons that the parts which do not fill their hull are made of, by row of the result [m].
+
+    Notes
+    -----
+    Where an edge of one face runs along a notch of the other, rounding leaves an arm of next to no width. The hull of a
+    part with such an arm would bear where nothing does. So an arm is cut off as soon as it is no wider than a patch
+    must be, and is a row of its own: the same two blocks with a mesh that divides the face there have such a patch.
     """
     import shapely
 
@@ -257,21 +271,75 @@ def concave_patches(
         for face in (fa[row], fb[row]):
             outline = planar(assembly, np.array([face]), frame[[row]], origin[[row]], int(size[face]))[0]
             sides.append(shapely.make_valid(shapely.Polygon(outline)))
+        least = width * float(assembly.size[assembly.face_block[[fa[row], fb[row]]]].min())
         for part in shapely.get_parts(shapely.intersection(*sides)):
-            hull = part.convex_hull
-            if hull.geom_type == "Polygon" and hull.area > 0:
-                if hull.area > (1 + FILLED) * part.area:
-                    pieces[len(found)] = convex_pieces(part)
+            for own in _without_arms(part, least):
+                hull = own.convex_hull
+                if hull.area > (1 + FILLED) * own.area:
+                    pieces[len(found)] = convex_pieces(own)
                 found.append(row)
                 polygons.append(_ring(hull))
-    width = max((len(p) for p in polygons), default=3)
-    padded = np.array([np.vstack([p, np.repeat(p[-1:], width - len(p), axis=0)]) for p in polygons])
+    longest = max((len(p) for p in polygons), default=3)
+    padded = np.array([np.vstack([p, np.repeat(p[-1:], longest - len(p), axis=0)]) for p in polygons])
     return (
         np.array(found, dtype=np.int64),
-        padded.reshape(-1, width, 2),
+        padded.reshape(-1, longest, 2),
         np.array([len(p) for p in polygons], int),
         pieces,
     )
+
+
+def _without_arms(part: Any, width: float) -> list[Any]:
+    """A polygon, or what of it is wide and the convex pieces of its arms if they reach beyond that; no lines."""
+    import shapely
+
+    if not _solid(part):
+        return []
+    hull = part.convex_hull
+    if hull.area <= (1 + FILLED) * part.area:
+        return [part]
+    wide = opened(part, width)
+    if not wide.is_empty:
+        beyond = shapely.distance(shapely.points(shapely.get_coordinates(hull)), wide.convex_hull)
+        if beyond.max() <= width:
+            return [part]
+    arms = [own for own in shapely.get_parts(shapely.difference(part, wide)) if _solid(own)]
+    bare = [shapely.Polygon(piece) for arm in arms for piece in convex_pieces(arm)]
+    return [own for own in [*shapely.get_parts(wide), *bare] if _solid(own)]
+
+
+def _solid(shape: Any) -> bool:
+    """Whether a shape is a polygon whose corners do not lie in a line."""
+    hull = shape.convex_hull
+    return shape.geom_type == hull.geom_type == "Polygon" and hull.area > 0
+
+
+def opened(region: Any, width: float) -> Any:
+    """Return what of a region is wide: its corners stay, its arms go.
+
+    Parameters
+    ----------
+    region : shapely.Polygon or shapely.MultiPolygon
+        In a plane [m].
+    width : float
+        A disc with this diameter fits into what stays, up to its corners [m].
+
+    Returns
+    -------
+    shapely geometry
+        Part of the region, empty where all of it is narrower.
+
+    Examples
+    --------
+    >>> from shapely import box, union
+    >>> opened(union(box(0, 0, 1, 1), box(1, 0, 2, 0.001)), 0.01).convex_hull.area < 1.001
+    True
+    """
+    import shapely
+
+    core = shapely.buffer(region, -width / 2)
+    grown = shapely.buffer(core, (1 + REGROWTH) * width / 2, join_style="mitre", mitre_limit=SHARP)
+    return shapely.intersection(region, grown)
 
 
 def convex_pieces(polygon: Any) -> list[Floats]:

@@ -333,7 +333,7 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats, bent
         polygon, count = clip.clip(a, b)
         patches.append((batch, polygon, count, {}))
     if not simple.all():
-        patches.append(concave_patches(assembly, fa, fb, frame, origin, np.flatnonzero(~simple)))
+        patches.append(concave_patches(assembly, fa, fb, frame, origin, np.flatnonzero(~simple), WIDTH))
     found = []
     for batch, polygon, count, filling in patches:
         gap, overlap, middle = _gaps(assembly, fa[batch], fb[batch], frame[batch], origin[batch], polygon, count)
