@@ -32,6 +32,21 @@ LONGEST = 255  #: bytes in the name of a file or a directory
 EMPTY = "%"  #: stands for a part of a group that is empty
 
 
+def folder_files(path: Path) -> list[Path]:
+    """Return the files of a directory that are read, and of those below it, in the natural order of their names.
+
+    Parameters
+    ----------
+    path : Path
+        The directory.
+
+    Returns
+    -------
+    list of Path
+    """
+    return sorted((p for p in path.rglob("*") if p.suffix.lower() in SOLIDS and p.is_file()), key=_natural)
+
+
 def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> Parts:
     """Read the files of a directory and of those below it, in the natural order of their names (2 before 10).
 
@@ -58,7 +73,7 @@ def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> 
     InputWarning
         Where blocks share a name, or the directory holds .glb files, which are not read.
     """
-    files = sorted((p for p in path.rglob("*") if p.suffix.lower() in SOLIDS and p.is_file()), key=_natural)
+    files = folder_files(path)
     if not files:
         raise InputError(f"the directory holds no {_listed('or')} files")
     _check_formats(path, files)
