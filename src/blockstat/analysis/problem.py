@@ -289,7 +289,7 @@ def pose(
             warnings += check_overlaps(assembly, gap=gap, near=near)
             interfaces = find_interfaces(assembly, gap=gap, near=near)
         given = interfaces
-        warnings += _unheeded(assembly, given) if friction is not None else []
+        warnings += unheeded(assembly, given) if friction is not None else []
         if assembly.joints:
             if interfaces.share is None:
                 undivided, interfaces = interfaces, _divided(assembly, interfaces)
@@ -315,8 +315,21 @@ def pose(
     )  # fmt: skip
 
 
-def _unheeded(assembly: Assembly, interfaces: Interfaces) -> list[str]:
-    """What is said where joints have another friction than the one asked for, which the assembly has."""
+def unheeded(assembly: Assembly, interfaces: Interfaces) -> list[str]:
+    """Return what is said where joints have another friction than the one that is asked for.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        With the friction that is asked for.
+    interfaces : Interfaces
+        Its joints.
+
+    Returns
+    -------
+    list of str
+        How many joints keep a friction of their own and whose it is; nothing where none does.
+    """
     kept = keeps_friction(assembly, interfaces) & (joint_friction(assembly, interfaces) != assembly.friction)
     count = f"a friction of {assembly.friction:g} is asked for, and {kept.sum()} of {len(kept)} joints"
     return [f"{count} {kept_friction(assembly, interfaces, kept)}"] if kept.any() else []
