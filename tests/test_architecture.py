@@ -18,7 +18,7 @@ SOURCE = Path(__file__).parents[1] / "src"
 ORDER = """
     blockstat.typing blockstat.errors blockstat.system blockstat.result blockstat.geometry blockstat.joint
     blockstat.assembly blockstat.loads blockstat.surface blockstat.contact blockstat.imperfection
-    blockstat.loading blockstat.io blockstat.model.quantities blockstat.model.size
+    blockstat.loading blockstat.io.raw blockstat.io blockstat.model.quantities blockstat.model.size
     blockstat.model.expression blockstat.model.solids blockstat.model.placing blockstat.model.arches
     blockstat.model.walling
     blockstat.model.vaults blockstat.model.buttresses blockstat.model blockstat.spec

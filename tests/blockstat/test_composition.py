@@ -501,6 +501,44 @@ def test_a_misspelt_group_is_refused_whether_or_not_an_element_is_absent(present
     assert list(refused.value.args) == [f"{text}; groups are: {groups}" for text in told]
 
 
+@pytest.mark.parametrize("prop", [{"present": False}, {"present": False, "prefix": "a.q"}])
+@pytest.mark.parametrize("copies", [1, 2])
+@pytest.mark.parametrize(("part", "refused"), [("", False), (".pier", False), (".peir", True), (".pier.x", False)])
+def test_a_misspelt_part_of_an_absent_element_is_refused(prop, copies, part, refused):
+    name = prop.get("prefix", "q") + (f".{copies}" if copies > 1 else "") + part
+    own = prop | {"repeat": {"number": copies, "by": [2, 0, 0]}}
+    stage = {"stages": [{"name": "all", "place": ["p", name]}]}
+    for tables, told in (
+        (law(name, "p"), f'joint law: no group "{name}"; groups are: ground, p.pier'),
+        ({"supports": ["ground", name]}, f'supports: no group "{name}"; groups are: ground, p.pier'),
+        (stage, f'stages.0 ("all"): no group "{name}"; groups are: ground, p.pier'),
+    ):
+        scene = scene_from(posts(prop=own, **tables))
+        if not refused:
+            assert build(scene).n_blocks == 3
+            continue
+        with pytest.raises(InputError) as error:
+            build(scene)
+        assert str(error.value) == told
+
+
+def test_a_misspelt_part_of_an_element_that_a_search_leaves_out_is_refused():
+    scene = scene_from(posts(**law("q.peir", "p")))
+    for present in (1, 0):
+        with pytest.raises(InputError, match=r'joint law: no group "q\.peir"'):
+            build(with_values(scene, {"elements.q.present": present}))
+
+
+def test_parts_of_an_absent_element_that_cannot_be_built_or_that_a_range_moves_are_not_known():
+    moves = {"present": False, "courses": {"value": 2, "min": 1, "max": 3, "step": 1}}
+    wide = {"path": [[0, 3], [4, 3]], "thickness": 0.4, "height": 1.5, "openings": [{"width": 9.0, "height": 1.0}]}
+    for absent in (PROP | moves, {"kind": "walls", "runs": {"a": wide}, "present": False}):
+        scene = {"name": "posts", "elements": {"p": POST, "q": absent}} | law("q.part", "p")
+        assert build(scene_from(scene)).joints == ()
+    with pytest.raises(InputError, match=r"elements\.q: .*opening"):  # as it would be if it were present
+        build(scene_from(scene | {"elements": {"p": POST, "q": absent | {"present": True}}}))
+
+
 @pytest.mark.parametrize(
     ("present", "place", "empty"),
     [

@@ -499,6 +499,23 @@ def test_a_folder_is_read_in_the_order_of_its_numbers(tmp_path):
         write(asm, folder)
 
 
+def test_stones_in_several_formats_are_refused_and_not_read_twice(tmp_path):
+    asm = assembly([box((2 * k, 0, 0), (2 * k + 1, 1, 1), name=f"s{k}", group="g" if k else "") for k in range(6)])
+    folder = write(asm, tmp_path / "stones")
+    others = write(asm, tmp_path / "others", format="stl")
+    (folder / "g" / "s2.glb").write_text("of a directory, such files are not read")
+    (others / "s0.stl").rename(folder / "g" / "s0.stl")  # a stone of another group may have the same name
+    with pytest.warns(InputWarning, match="and not g/s2.glb"):
+        assert len(read_parts(folder, supports=[0]).blocks) == 7
+    (others / "g" / "s2.stl").rename(folder / "g" / "s2.STL")
+    with pytest.raises(InputError, match=r"g/s2\.STL and g/s2\.ply are one stone in several formats, .* keep"):
+        read_parts(folder, supports=[0])
+    for k in (1, 3, 4, 5):
+        (others / "g" / f"s{k}.stl").rename(folder / "g" / f"s{k}.stl")
+    with pytest.raises(InputError, match=r"g/s1\.ply and g/s1\.stl, .* \(5 in all\) are the same stones in several"):
+        read_parts(folder, supports=[0])
+
+
 def obj_of(*cubes):
     """Text of an OBJ of unit cubes at places along x, each an object of the name before its place."""
     lines = []

@@ -12,8 +12,14 @@ from blockstat import (
     InputError,
     InputWarning,
     JointLaw,
+    Plan,
+    Step,
     assess,
+    assess_plan,
+    assess_states,
+    capacity,
     find_interfaces,
+    find_order,
     friction_limit,
     limit_load,
     limit_load_by_direction,
@@ -28,6 +34,7 @@ from blockstat import (
 from blockstat.chance.variables import Random
 from blockstat.cli.commands import app
 from blockstat.contact.point_law import keeps_friction, kept_by
+from dynsim import sequence
 from dynsim.cli.commands import app as dynamics
 from evidence.scenes.small import assembly, box
 
@@ -90,12 +97,44 @@ def test_a_limit_load_under_another_friction_tells_that_the_interfaces_keep_thei
         partial(load_domain, one=SIDE, two=(0, 1, 0), directions=4),
         partial(limit_load_by_direction, directions=4),
         partial(settle, moves={"ground": (0, 0, -0.01)}),
+        partial(capacity, load=SIDE, steps=3, displacement=0.1),
+        partial(capacity, load=SIDE, steps=3, displacement=0.1, flow="associated"),
         partial(settle_to_collapse, moves={"ground": (0, 0, -1)}, steps=3, displacement=0.1),
     ],
 )
 def test_every_analysis_tells_it_once(ask):
     assert ask(slabs(RUBBING), friction=0.3).warnings.count(ASKED) == 1
     assert not [text for text in ask(slabs(RUBBING)).warnings if "of their own" in text]
+
+
+BUILT = Plan((Step(("slab",)), Step(("other",))))
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        partial(assess_states, states=[(("ground", "slab", "other"), ())]),
+        partial(assess_plan, plan=BUILT),
+        partial(find_order, held_at_most=1),
+    ],
+)
+def test_every_analysis_of_a_sequence_tells_it(ask):
+    with pytest.warns(InputWarning) as told:
+        ask(slabs(RUBBING), friction=0.3)
+    assert {str(one.message) for one in told} == {ASKED}  # the independent check of an order asks again
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ask(slabs(RUBBING))
+        ask(slabs(RUBBING), friction=0.7)
+        ask(slabs(), friction=0.3)
+
+
+def test_a_plan_that_is_carried_out_tells_that_the_interfaces_keep_their_friction():
+    joints = replace(find_interfaces(slabs()), friction=np.array([0.7, 0.7]))
+    told = "a friction of 0.3 is asked for, and 2 of 2 joints keep a friction of their own, which the interfaces give"
+    assert sequence(slabs(), BUILT, friction=0.3, interfaces=joints).warnings == (told,)
+    assert sequence(slabs(), BUILT, interfaces=joints).warnings == ()
+    assert sequence(slabs(), BUILT, friction=0.3).warnings == ()
 
 
 def test_a_least_friction_tells_it_in_the_same_words_and_does_not_tell_of_a_friction_that_is_tried():

@@ -80,6 +80,112 @@ def test_solids_of_quads_and_of_triangles_and_of_polygons_in_one_file(tmp_path):
     assert [len(found.faces_of(i)) for i in range(4)] == [6, 8, 6, 6]
 
 
+def form_of(order):
+    return f"binary_{'little' if order == '<' else 'big'}_endian"
+
+
+def spread(order, *, extra=(), sizes=(3, 4, 6)):
+    """Prisms on 3, 4 and 6 corners about the z axis, 2 wide and 1 high, in single precision; their volumes too."""
+    corners, faces = [], []
+    for k, n in enumerate(sizes):
+        angle, first = np.arange(n) * 2 * np.pi / n, len(corners)
+        for height in (0.0, 1.0):
+            corners += [(3.0 * k + np.cos(a), np.sin(a), height) for a in angle]
+        faces += [[*range(first, first + n)][::-1], [*range(first + n, first + 2 * n)]]
+        faces += [[first + i, first + (i + 1) % n, first + n + (i + 1) % n, first + n + i] for i in range(n)]
+    lines = ["ply", f"format {form_of(order)} 1.0", "comment by hand", f"element vertex {len(corners)}"]
+    lines += [*(f"property float {axis}" for axis in "xyz"), "element camera 2", "property list uchar short views"]
+    lines += [f"element face {len(faces)}", *extra, "property list uchar uint vertex_indices", "end_header", ""]
+    data = "\n".join(lines).encode() + b"".join(struct.pack(f"{order}3f", *p) for p in corners)
+    data += struct.pack(f"{order}Bh", 1, -7) + struct.pack(f"{order}B2h", 2, 5, 6)
+    for face in faces:
+        for line in extra:
+            data += struct.pack(f"{order}B2f", 2, 0.5, 0.5) if "list" in line else struct.pack(f"{order}h", 300)
+        data += struct.pack(f"{order}B{len(face)}I", len(face), *face)
+    return data, [n / 2 * np.sin(2 * np.pi / n) for n in sizes]
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("extra", [(), ("property short flags", "property list uchar float texcoord")])
+def test_binary_faces_may_differ_in_their_number_of_corners(tmp_path, order, extra):
+    path = tmp_path / "spread.ply"
+    data, areas = spread(order, extra=extra)
+    path.write_bytes(data)
+    found = read(path, supports=[0])
+    np.testing.assert_allclose(found.volume, areas, rtol=1e-6)
+    assert [sorted(len(face) for face in found.faces_of(k)) for k in range(3)] == [
+        [3, 3, 4, 4, 4],
+        [4] * 6,
+        [4] * 6 + [6, 6],
+    ]
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_a_binary_file_that_is_cut_short_anywhere_is_refused(tmp_path, order):
+    path = tmp_path / "short.ply"
+    data, _ = spread(order, sizes=(3, 4))
+    for end in range(data.index(b"end_header") + 11, len(data)):
+        path.write_bytes(data[:end])
+        with pytest.raises(InputError, match=r"short\.ply: cannot be read as a mesh: it is cut short: it holds fewer "):
+            read(path, supports=[0])
+    path.write_bytes(data + b"\1")
+    with pytest.raises(InputError, match=r"short\.ply: .* holds more than its header says$"):
+        read(path, supports=[0])
+
+
+def with_lists(path, before="", after="", *, row="{0}"):
+    """The pile as a text, with more properties of each face before and after the list of its corners."""
+    text = ply(path, pile()).read_text()
+    text = text.replace("property list", before + "property list").replace("end_header", after + "end_header")
+    start, body = text.split("end_header\n")
+    rows = body.splitlines()
+    faces = [row.format(line) for line in rows[24:]]
+    path.write_text("\n".join([start + "end_header", *rows[:24], *faces]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "row"),
+    [
+        ("property uchar red\n", "property list uchar float texcoord\n", "7 {0} 2 0.5 0"),
+        ("property list uchar float texcoord\n", "property float quality\n", "2 1e-3 0 {0} 1"),
+        ("property uchar red\nproperty uchar green\n", "", "7 8 {0}"),
+    ],
+)
+def test_a_text_may_have_more_of_each_face_before_and_after_its_corners(tmp_path, before, after, row):
+    found = read(with_lists(tmp_path / "more.ply", before, after, row=row), supports=[0])
+    np.testing.assert_allclose(found.volume, [1, 2, 3])
+    assert [len(found.faces_of(i)) for i in range(3)] == [6, 6, 6]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("4 0 3 2 1", "4.5 0 3 2 1"), "the length of a list is not a whole number from 0"),
+        (("4 0 3 2 1", "-4 0 3 2 1"), "the length of a list is not a whole number from 0"),
+        (("4 0 3 2 1", "4 0 3 2 1.5"), "a corner of a face has a number that is not whole"),
+        (("4 0 3 2 1", "4 0 3 two 1"), "it holds a word where a number should be"),
+        (("4 0 3 2 1", "4 0 3 2 1 0"), "it holds more than its header says"),
+        (("4 0 3 2 1\n", ""), "it is cut short: it holds fewer faces than its header says"),
+        (
+            ("property list uchar int vertex_indices", "property int vertex_indices"),
+            "it holds more than its header says",
+        ),
+        (("format ascii 1.0\n", ""), "its header does not say whether .* before its elements"),
+        (("element vertex 24", "element vertex -24"), "its header has a line that is not understood"),
+        (("double y", "double x"), "its header names a property twice"),
+        (("double y", "double up"), "its header names no vertices with x, y and z"),
+        (("end_header", "end"), 'its header has no line "end_header"'),
+    ],
+)
+def test_a_text_that_is_not_as_its_header_says_is_refused_in_words(tmp_path, change, words):
+    path = ply(tmp_path / "odd.ply", pile())
+    assert change[0] in path.read_text()
+    path.write_text(path.read_text().replace(*change, 1))
+    with pytest.raises(InputError, match=rf"odd\.ply: cannot be read as a mesh: {words}$"):
+        read(path, supports=[0])
+
+
 def test_a_concave_polygon_is_one_face(tmp_path):
     for turn in range(8):  # a fan is right from some corners only
         path = ply(tmp_path / "t.ply", [prism([*T_SHAPE[turn:], *T_SHAPE[:turn]], 1.0), pile()[0]])
@@ -140,11 +246,15 @@ def test_an_empty_scene_and_an_empty_surface_are_called_so(tmp_path):
     ("name", "data", "words"),
     [
         ("a.ply", b"nonsense", ': its first line is not "ply"'),
-        ("a.ply", head(8, 6, "binary_little_endian").encode() + bytes(30), ": it is cut short, or .*"),
+        ("a.ply", head(8, 6, "binary_little_endian").encode() + bytes(30), ": it is cut short: .* vertices .*"),
         ("a.glb", b"nonsense" * 9, ': it does not begin with "glTF"'),
         ("a.glb", struct.pack("<4sIIII", b"glTF", 2, 40, 20, 7) + bytes(20), ": its first part is not JSON"),
         ("a.glb", b"no", ""),
-        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex secret\nend_header\n", ""),
+        (
+            "a.ply",
+            b"ply\nformat ascii 1.0\nelement vertex secret\nend_header\n",
+            ": its header has a line .* understood",
+        ),
     ],
 )
 def test_a_mesh_that_cannot_be_read_says_why_in_words(tmp_path, name, data, words):

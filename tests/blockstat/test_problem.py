@@ -18,7 +18,8 @@ from blockstat import (
     glued,
     limit_load,
 )
-from blockstat.analysis.problem import checked_loads, crushes, free_fall, gap_warnings, pose, timed
+from blockstat.analysis.problem import checked_loads, crushes, free_fall, pose, timed
+from blockstat.analysis.rims import gap_warnings
 from evidence.scenes.small import assembly, box, prism
 
 GROUND = box((-9, -9, -1), (9, 9, 0), name="ground")

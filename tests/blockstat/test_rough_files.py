@@ -403,6 +403,70 @@ def test_text_and_double_precision_far_from_the_origin_are_read_as_they_are(tmp_
         silent(ply(tmp_path / "single.ply", facets))
 
 
+def written_as(path, form, place, side=0.5):
+    """Two cubes on each other, in text, with numbers in one form."""
+    x, y, z = place
+    lines = ["solid all"] * (path.suffix == ".stl")
+    for k in range(2):
+        cube = box((x, y, z + k * side), (x + side, y + side, z + (k + 1) * side))
+        corners = [" ".join(form % value for value in corner) for corner in np.array(cube.vertices).tolist()]
+        if path.suffix == ".stl":
+            for face in cube.faces:
+                for half in ((0, 1, 2), (0, 2, 3)):
+                    lines += ["facet normal 0 0 0", "outer loop"]
+                    lines += [*(f"vertex {corners[face[i]]}" for i in half), "endloop", "endfacet"]
+        else:
+            lines += [f"o stone{k}", *(f"v {corner}" for corner in corners)]
+            lines += ["f " + " ".join(str(corner + 1 + 8 * k) for corner in face) for face in cube.faces]
+    lines += ["endsolid all"] * (path.suffix == ".stl")
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".stl"])
+def test_text_of_few_digits_far_from_the_origin_is_told(tmp_path, suffix):
+    # The last of n digits of a number from 10^k to 10^(k + 1) is worth 10^(k + 1 - n); cubes of 0.5 m may have joints
+    # that are open by 5 mm.
+    near, far, map_place = (500.123, 1.234, 0.0), (50000.1, 1.234, 0.0), (500000.1, 1.234, 0.0)
+    fine = [("%.6g", near), *((form, place) for form in ("%.3f", "%.17g", "%r", "%.9e") for place in (far, map_place))]
+    for form, place in fine:
+        np.testing.assert_allclose(silent(written_as(tmp_path / f"fine{suffix}", form, place)).volume, 0.125, rtol=1e-6)
+    for form, place, told in (
+        (
+            "%.6g",
+            (5000.12, 1.234, 0.0),
+            "6 digits, and so far from the origin the last of them is worth 10 mm, 0.02 of",
+        ),
+        ("%.6g", far, "6 digits, and so far from the origin the last of them is worth 100 mm, 0.2 of"),
+        ("%e", far, "7 digits, and so far from the origin the last of them is worth 10 mm, 0.02 of"),
+    ):
+        path = written_as(tmp_path / f"few{suffix}", form, place)
+        with pytest.warns(InputWarning, match="corners are rounded to that: export the model about a local") as found:
+            np.testing.assert_allclose(read(path, supports=[0]).volume, 0.125, rtol=1e-6)
+        assert str(found[0].message).startswith(f"{path}: no coordinate has more than {told} the size of block")
+    path = written_as(
+        tmp_path / f"map{suffix}", "%.6g", map_place
+    )  # from 500000 to 500001 instead of 500000.6; no side below 1 m is known
+    with pytest.warns(InputWarning, match=r"worth 1e\+03 mm, 1 of the size"):
+        np.testing.assert_allclose(read(path, supports=[0]).volume, 0.25, rtol=1e-6)
+    path = written_as(tmp_path / f"mm{suffix}", "%.6g", (5000120.0, 0.25, 0.0), side=500.0)
+    with pytest.warns(InputWarning, match=r"the last of them is worth 10 mm, 0\.02 of the size"):
+        read(path, supports=[0], units="mm")
+
+
+def test_round_numbers_far_from_the_origin_are_as_exact_as_they_look(tmp_path):
+    silent(written_as(tmp_path / "metres.obj", "%.6g", (500001.0, 2.0, 0.0), side=1.0))
+    silent(written_as(tmp_path / "halves.obj", "%.7g", (500001.0, 2.0, 0.0)))
+
+
+def test_files_of_few_digits_in_a_directory_are_told_together(tmp_path):
+    (tmp_path / "stones").mkdir()
+    for name, place in (("far", (50000.1, 1.0, 0.0)), ("near", (0.0, 1.234, 0.0))):
+        written_as(tmp_path / "stones" / f"{name}.obj", "%.6g", place)
+    with pytest.warns(InputWarning, match=r'is worth 100 mm, 0\.2 of the size of block "far\.stone0"'):
+        read(tmp_path / "stones", supports=["near.stone0"])
+
+
 def test_a_directory_and_the_places_of_objects_far_from_the_origin_are_judged_too(tmp_path):
     (tmp_path / "stones").mkdir()
     write(Assembly.from_blocks([GROUND], supports=[0]), tmp_path / "stones" / "a.stl")

@@ -323,3 +323,40 @@ def test_scene_without_json_but_with_a_name_from_its_file(tmp_path):
     path.write_text("length = 3.0\nspan = 2.0\n")
     assert load_scene(path).name == "barn"
     assert json.loads(write(read(path), tmp_path / "barn.json").read_text())["name"] == "barn"
+
+
+def saddles(apart, warp, side=1.0):
+    """Two cubes with saddles between them, whose corners are `warp` above and below the mean plane in turn."""
+    corners = [(0, 0), (side, 0), (side, side), (0, side)]
+    up = [warp, -warp, warp, -warp]
+    faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+
+    def block(name, bottom, top):
+        points = [(x, y, z) for heights in (bottom, top) for (x, y), z in zip(corners, heights, strict=True)]
+        return Block(points, faces, name)
+
+    middle = [side + own for own in up]
+    blocks = [block("low", [0.0] * 4, middle), block("high", [apart + z for z in middle], [2 * side] * 4)]
+    return assembly(blocks, supports=["low"])
+
+
+@pytest.mark.parametrize("gap", ["0.1 mm", "0.3 mm"])
+def test_warped_faces_that_a_stated_gap_leaves_apart_are_told_with_the_gap_that_closes_them(gap):
+    """Saddles of 10 mm that are 2 mm apart fit into each other: a gap of a fifth is too small to be a near miss."""
+    scene = saddles(0.002, 0.01)
+    told = f'faces apart by less than they are warped, and not taken: 1 (gap tolerance {gap}), the closest "low" to '
+    assert assess(scene, gap=gap).warnings[1:] == (f'{told}"high"; gap="2 mm" closes it',)
+    closed = assess(scene, gap="2 mm")
+    assert closed.outcome is Outcome.STABLE
+    assert not [text for text in closed.warnings if "warped" in text]
+
+
+def test_faces_apart_by_more_than_their_warp_or_told_as_near_are_no_warped_ones():
+    for scene, gap in (
+        (saddles(0.002, 0.001), "0.1 mm"),
+        (saddles(0.002, 0.0), "0.1 mm"),
+        (saddles(0.002, 0.01), 1e-4),
+    ):
+        assert not [text for text in assess(scene, gap=gap).warnings if "warped" in text]
+    (near,) = assess(saddles(0.002, 0.01), gap="0.5 mm").warnings[1:]
+    assert near.startswith("near joints that were not taken: 1 (gap tolerance 0.5 mm)")

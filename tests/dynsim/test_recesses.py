@@ -111,6 +111,7 @@ def test_a_filling_that_no_cut_avoids_is_told_by_the_name_of_its_block(monkeypat
         return Cut((pieces[0].points,), fills(surface, pieces, depth))
 
     monkeypatch.setattr(bodies, "convex_pieces", hull_only)
+    monkeypatch.setattr(bodies, "prisms", lambda *_: [])
     scene = over_a_ditch(6.0, 0.03)
     assert [shape.filled for shape in shapes(scene)] == [True, False]
     assert any('of "ground": pieces fill recesses' in text for text in verify(scene).warnings)

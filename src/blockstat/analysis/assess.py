@@ -11,7 +11,7 @@ import numpy as np
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.coulomb import FAMILY, CoulombState, coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
-from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, gap_warnings, pose, timed
+from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
 from blockstat.analysis.reserve import (
     loaded_slivers,
     neutral_blocks,
@@ -19,7 +19,7 @@ from blockstat.analysis.reserve import (
     sliver_warning,
     without_slivers,
 )
-from blockstat.analysis.rims import falling_freely, judged_with_rims, overlap_warnings, rim_warnings
+from blockstat.analysis.rims import falling_freely, gap_warnings, judged_with_rims, overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate, check
 from blockstat.contact.interfaces import GAP, Interfaces

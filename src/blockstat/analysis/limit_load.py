@@ -17,9 +17,9 @@ import numpy as np
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.coulomb import multiplier_brackets
 from blockstat.analysis.decision import Bound, decide, narrowed, outcome_of, proven_bounds
-from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, gap_warnings, pose, timed
+from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
 from blockstat.analysis.reserve import limit_warning
-from blockstat.analysis.rims import judged_with_rims, overlap_warnings, rim_warnings
+from blockstat.analysis.rims import gap_warnings, judged_with_rims, overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, fastest_first, first_words, moving_joints, unit_motion
 from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, in_units, is_closed
 from blockstat.contact.interfaces import GAP, Interfaces

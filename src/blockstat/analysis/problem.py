@@ -17,7 +17,6 @@ from blockstat.contact.cells import refine
 from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
 from blockstat.contact.overlap.penetration import check_copies, check_overlaps
 from blockstat.contact.point_law import joint_friction, keeps_friction, kept_friction, last_law, point_law
-from blockstat.contact.tolerance import LOOSE, beyond, gap_words
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
@@ -28,7 +27,6 @@ from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floati
 from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
 from blockstat.program.ties import check_anchors, given_wrenches, tie_columns, tied_pairs
-from blockstat.result import plain
 from blockstat.surface.distance import smallest_gap
 from blockstat.surface.facets import facets
 from blockstat.typing import Floats, Ints
@@ -289,7 +287,7 @@ def pose(
             warnings += check_overlaps(assembly, gap=gap, near=near)
             interfaces = find_interfaces(assembly, gap=gap, near=near)
         given = interfaces
-        warnings += _unheeded(assembly, given) if friction is not None else []
+        warnings += unheeded(assembly, given) if friction is not None else []
         if assembly.joints:
             if interfaces.share is None:
                 undivided, interfaces = interfaces, _divided(assembly, interfaces)
@@ -315,8 +313,21 @@ def pose(
     )  # fmt: skip
 
 
-def _unheeded(assembly: Assembly, interfaces: Interfaces) -> list[str]:
-    """What is said where joints have another friction than the one asked for, which the assembly has."""
+def unheeded(assembly: Assembly, interfaces: Interfaces) -> list[str]:
+    """Return what is said where joints have another friction than the one that is asked for.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        With the friction that is asked for.
+    interfaces : Interfaces
+        Its joints.
+
+    Returns
+    -------
+    list of str
+        How many joints keep a friction of their own and whose it is; nothing where none does.
+    """
     kept = keeps_friction(assembly, interfaces) & (joint_friction(assembly, interfaces) != assembly.friction)
     count = f"a friction of {assembly.friction:g} is asked for, and {kept.sum()} of {len(kept)} joints"
     return [f"{count} {kept_friction(assembly, interfaces, kept)}"] if kept.any() else []
@@ -511,38 +522,6 @@ def _distances(assembly: Assembly) -> str:
         f'no two blocks touch: the smallest gap between two of them is {between:.3g} m ("{one}" and "{two}"), '
         f'and {below:.3g} m to a support ("{near}" and "{held}")'
     )
-
-
-def gap_warnings(problem: Problem, *, more_may_help: bool) -> list[str]:
-    """Say when the answer may hang on the joint tolerance.
-
-    Parameters
-    ----------
-    problem
-        The posed problem.
-    more_may_help
-        Whether further joints may change the answer; they do not where all is carried.
-
-    Returns
-    -------
-    list of str
-        A sentence for each kind of joint, or none.
-    """
-    assembly, interfaces, gap = problem.assembly, problem.interfaces, problem.gap
-    found = []
-    near = [d for d in interfaces.dropped if d.reason == "gap"]
-    if more_may_help and near:
-        least = min(near, key=lambda d: d.value / d.limit)
-        a, b = assembly.names[least.a], assembly.names[least.b]
-        found.append(
-            f"near joints that were not taken: {len(near)} (gap tolerance {gap_words(gap)}), the closest "
-            f'"{a}" to "{b}" with {beyond(least.value, least.limit)} m: a larger tolerance may change the answer'
-        )
-    loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)
-    if loose.any():
-        worst = f"{plain(1e3 * interfaces.gap[loose].max(), 2)} mm"
-        found.append(f"{loose.sum()} of {len(loose)} joints do not quite close (up to {worst}) and count as touching")
-    return found
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Whether a mechanism holds at the contacts that are in no program: those without a unique normal, and overlaps."""
+"""Contacts that are in no program: whether a mechanism holds at those without a unique normal and at overlaps; gaps."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ import numpy as np
 
 from blockstat.analysis.problem import Problem, crushes
 from blockstat.certificate.falling import falling_blocks
-from blockstat.contact.interfaces import Interfaces
+from blockstat.contact.interfaces import NEAR_MISS, Interfaces, find_interfaces
 from blockstat.contact.overlap.penetration import overlaps
 from blockstat.contact.point_law import point_law
+from blockstat.contact.tolerance import LOOSE, beyond, gap_words, stated_length
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from blockstat.geometry.polyhedron import point_velocity
+from blockstat.result import plain
 from blockstat.typing import Floats, Ints
 
 #: Speeds below this fraction of the fastest corner are rounding.
@@ -203,3 +205,64 @@ def pairs_driven(problem: Problem, mechanism: Floats) -> Ints:
         Each once, sorted.
     """
     return np.unique(_resisting(problem, mechanism).pair, axis=0)
+
+
+def gap_warnings(problem: Problem, *, more_may_help: bool) -> list[str]:
+    """Say when the answer may hang on the joint tolerance.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    more_may_help
+        Whether further joints may change the answer; they do not where all is carried.
+
+    Returns
+    -------
+    list of str
+        A sentence for each kind of joint, or none.
+    """
+    assembly, interfaces, gap = problem.assembly, problem.interfaces, problem.gap
+    found = []
+    near = [d for d in interfaces.dropped if d.reason == "gap"]
+    if more_may_help and near:
+        least = min(near, key=lambda d: d.value / d.limit)
+        a, b = assembly.names[least.a], assembly.names[least.b]
+        found.append(
+            f"near joints that were not taken: {len(near)} (gap tolerance {gap_words(gap)}), the closest "
+            f'"{a}" to "{b}" with {beyond(least.value, least.limit)} m: a larger tolerance may change the answer'
+        )
+    found += _within_warp(problem) if more_may_help else []
+    loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)
+    if loose.any():
+        worst = f"{plain(1e3 * interfaces.gap[loose].max(), 2)} mm"
+        found.append(f"{loose.sum()} of {len(loose)} joints do not quite close (up to {worst}) and count as touching")
+    return found
+
+
+def _within_warp(problem: Problem) -> list[str]:
+    """Name faces beyond the near misses of a gap given as a length that are apart by less than they are warped."""
+    assembly, gap, planes = problem.assembly, problem.gap, problem.assembly.planes
+    length = stated_length(gap)
+    warp = np.zeros(assembly.n_blocks)
+    np.maximum.at(warp, assembly.face_block, planes.warp)
+    if length is None or not warp.max() > NEAR_MISS * length:
+        return []
+    wide = find_interfaces(assembly, gap=f"{warp.max():.17g} m")
+    told = {*map(tuple, problem.interfaces.pair.tolist()), *((own.a, own.b) for own in problem.interfaces.dropped)}
+    new = np.array([pair not in told for pair in map(tuple, wide.pair.tolist())], bool) & (wide.area > 0)
+    new &= (wide.gap > length) & (wide.gap <= warp[wide.pair].max(axis=1))
+    if not new.any():
+        return []
+    least = int(np.where(new, wide.gap, np.inf).argmin())
+    a, b = (assembly.names[i] for i in wide.pair[least])
+    return [
+        f"faces apart by less than they are warped, and not taken: {new.sum()} (gap tolerance {gap_words(gap)}), the "
+        f'closest "{a}" to "{b}"; gap="{_rounded_up(1e3 * wide.gap[least])} mm" closes it'
+    ]
+
+
+def _rounded_up(value: float) -> str:
+    """A number of two digits that is no smaller but by rounding."""
+    step = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return f"{step * np.ceil(value / step - 1e-9):.3g}"

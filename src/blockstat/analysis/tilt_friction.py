@@ -12,7 +12,8 @@ import numpy as np
 from blockstat.analysis.assess import FLOWS, judged
 from blockstat.analysis.coulomb import FAMILY
 from blockstat.analysis.limit_load import DILATES, LoadOutcome, limit_load
-from blockstat.analysis.problem import Problem, cases_of, gap_warnings, pose
+from blockstat.analysis.problem import Problem, cases_of, pose
+from blockstat.analysis.rims import gap_warnings
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import keeps_friction, kept_friction, least_friction

@@ -56,7 +56,7 @@ def read_parts(path: str | Path, *, supports: Iterable[int | str] | None = None,
     Warns
     -----
     InputWarning
-        Where single precision opens joints.
+        Where single precision opens joints, or the digits of a text are too few for them.
     """
     path = Path(path)
     if not path.is_dir() and path.suffix.lower() not in READABLE:
@@ -71,9 +71,9 @@ def _parts(path: Path, supports: Iterable[int | str] | None, units: str | None) 
 
     metres = metres_in(units)
     if path.is_dir():
-        from blockstat.io.folder import folder_parts
+        from blockstat.io.folder import folder_files, folder_parts
 
-        return _checked(path, folder_parts(path, supports=supports).scaled(metres))
+        return _checked(path, folder_files(path), folder_parts(path, supports=supports), metres)
     check_file(path)
     if not path.stat().st_size:
         raise InputError("the file is empty")
@@ -87,16 +87,19 @@ def _parts(path: Path, supports: Iterable[int | str] | None, units: str | None) 
         return native_parts(data, path.stem, supports=supports, units=units).scaled(metres)
     from blockstat.io.mesh import mesh_parts
 
-    return _checked(path, mesh_parts(path, supports=supports).scaled(metres))
+    return _checked(path, [path], mesh_parts(path, supports=supports), metres)
 
 
-def _checked(path: Path, parts: Parts) -> Parts:
-    """The same, where single precision leaves its joints."""
+def _checked(path: Path, files: list[Path], parts: Parts, metres: float) -> Parts:
+    """The same in metres, where single precision leaves its joints, and digits of a text are told that may not."""
+    from blockstat.io.raw.digits import check_digits
     from blockstat.io.raw.precision import check_spacing
 
-    if parts.spacing:
-        check_spacing(path, parts.blocks, parts.spacing)
-    return parts
+    scaled = parts.scaled(metres)
+    if scaled.spacing:
+        check_spacing(path, scaled.blocks, scaled.spacing)
+    check_digits(path, files, parts.blocks, metres)
+    return scaled
 
 
 def blaming(path: Path, call: Callable[[], T]) -> T:

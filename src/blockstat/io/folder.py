@@ -32,6 +32,21 @@ LONGEST = 255  #: bytes in the name of a file or a directory
 EMPTY = "%"  #: stands for a part of a group that is empty
 
 
+def folder_files(path: Path) -> list[Path]:
+    """Return the files of a directory that are read, and of those below it, in the natural order of their names.
+
+    Parameters
+    ----------
+    path : Path
+        The directory.
+
+    Returns
+    -------
+    list of Path
+    """
+    return sorted((p for p in path.rglob("*") if p.suffix.lower() in SOLIDS and p.is_file()), key=_natural)
+
+
 def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> Parts:
     """Read the files of a directory and of those below it, in the natural order of their names (2 before 10).
 
@@ -50,17 +65,18 @@ def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> 
     Raises
     ------
     InputError
-        For a directory without such files, each file that holds no surface, files that differ in what they note of
-        all blocks, or without supports.
+        For a directory without such files, a stone that it holds in several formats, each file that holds no surface,
+        files that differ in what they note of all blocks, or without supports.
 
     Warns
     -----
     InputWarning
         Where blocks share a name, or the directory holds .glb files, which are not read.
     """
-    files = sorted((p for p in path.rglob("*") if p.suffix.lower() in SOLIDS and p.is_file()), key=_natural)
+    files = folder_files(path)
     if not files:
         raise InputError(f"the directory holds no {_listed('or')} files")
+    _check_formats(path, files)
     if others := sorted((p for p in path.rglob("*") if p.suffix.lower() in OBJECTS and p.is_file()), key=_natural):
         text = f"{path}: of a directory {_listed('and')} are read, and not "
         text += some([p.relative_to(path).as_posix() for p in others])
@@ -80,6 +96,20 @@ def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> 
         for spacing in spacings(file, [solid.vertices for solid in own])
     ]
     return Parts(blocks, chosen, {"name": path.name, **_said([said for _, said in found])}, spacing=apart)
+
+
+def _check_formats(path: Path, files: list[Path]) -> None:
+    """Raise InputError for files of one name in several formats, which would be the same stone several times."""
+    formats: dict[Path, dict[str, Path]] = {}
+    for file in files:
+        formats.setdefault(file.with_suffix(""), {})[file.suffix.lower()] = file
+    if twice := [list(own.values()) for own in formats.values() if len(own) > 1]:
+        pairs = [" and ".join(file.relative_to(path).as_posix() for file in own) for own in twice]
+        stones = "one stone" if len(twice) == 1 else "the same stones"
+        raise InputError(
+            f"{some(pairs, 4)} are {stones} in several formats, and each file is read as a block; "
+            "keep the files of one format here, and move the others to another directory"
+        )
 
 
 def _listed(word: str) -> str:

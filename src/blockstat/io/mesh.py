@@ -1,4 +1,4 @@
-"""Meshes: OBJ and GLB with one named object a block, STL and PLY with one solid a block (trimesh reads all but OBJ).
+"""Meshes: OBJ and GLB with one named object a block, STL and PLY with one solid a block (trimesh reads GLB and STL).
 
 Triangles in one plane are joined to polygons again, so that a brick read from triangles has six faces. GLB is
 y-up by its specification; it is turned on the way in and out. Supports, groups, densities and values travel in the
@@ -25,7 +25,7 @@ from blockstat.io.names import distinct_names
 from blockstat.io.obj import read_obj, split_solids, write_obj
 from blockstat.io.parts import Parts, chosen_supports, friction_said, is_marked, moved_far_away, rounding_of, spacings
 from blockstat.io.raw import glb, ply, precision, stl
-from blockstat.io.raw.runs import closed_runs, with_cavities
+from blockstat.io.raw.runs import check_corners, closed_runs, with_cavities
 from blockstat.system.reading import check_file
 from blockstat.typing import Floats, Ints
 
@@ -40,10 +40,6 @@ Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 MERGE = 1e-6
 #: What trimesh says of a file, in other words; what may quote the file is not passed on.
 SAID = {
-    "Not a ply file!": ': its first line is not "ply"',
-    "Property defined before any element!": ": its header has a property before the first element",
-    "PLY is unexpected length!": ": it is cut short, or its faces differ in their number of corners; "
-    "export it in triangles or as text (ASCII)",
     "incorrect header on GLB file": ': it does not begin with "glTF"',
     "no initial JSON header!": ": its first part is not JSON",
     "chunk was not expected length!": ": it is cut short",
@@ -222,39 +218,37 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
     if not path.stat().st_size:
         raise InputError("the file is empty")
     suffix = path.suffix.lower()
-    numbered = {".glb": glb.numbered, ".stl": stl.numbered}.get(suffix)
+    if suffix == ".ply":
+        return _of_ply(path, load)
+    numbered = {".glb": glb.numbered, ".stl": stl.numbered}[suffix]
     try:
-        source = BytesIO(numbered(path.read_bytes())) if numbered else path
-        found = load(source, file_type=suffix[1:], process=False, resolver=Beside(str(path)))
+        found = load(
+            BytesIO(numbered(path.read_bytes())), file_type=suffix[1:], process=False, resolver=Beside(str(path))
+        )
         meshes = dict(found.geometry) if isinstance(found, trimesh.Scene) else {"": found}
-        surfaces = {name: ply.as_written(mesh) for name, mesh in meshes.items() if isinstance(mesh, trimesh.Trimesh)}
-        lost = {name: _lost(*surface) for name, surface in surfaces.items()}
     except (InputError, MemoryError):
         raise
     except Exception as error:  # trimesh raises whatever its parsers do
         raise InputError("cannot be read as a mesh" + SAID.get(str(error), "")) from None
-    wrong = [
-        (f'object "{name.removesuffix(path.suffix)}": ' if name else "")
-        + f"a face has a corner that does not exist (face {some(faces)})"
-        for name, faces in lost.items()
-        if faces
-    ]
-    if wrong:
-        raise InputError(*wrong)
-    if suffix != ".ply":
-        return found
-    ordered = {name: trimesh.Trimesh(v, ply.in_triangles(v, f), process=False) for name, (v, f) in surfaces.items()}
-    if not isinstance(found, trimesh.Scene):
-        return ordered.get("", found)
-    found.geometry.update(ordered)
+    surfaces = {name: mesh for name, mesh in meshes.items() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)}
+    check_corners({name.removesuffix(path.suffix): (own.vertices, own.faces) for name, own in surfaces.items()})
     return found
 
 
-def _lost(vertices: Floats, faces: Ints | list[Ints]) -> list[int]:
-    """Numbers of the faces with a corner that does not exist."""
-    corners = np.ravel(faces) if isinstance(faces, np.ndarray) else np.concatenate(faces)
-    owner = np.repeat(np.arange(len(faces)), [len(face) for face in faces])
-    return np.unique(owner[(corners < 0) | (corners >= len(vertices))]).tolist()
+def _of_ply(path: Path, load: Callable[..., Any]) -> Any:
+    """What `load` would return of a PLY, with its polygons cut in the order of the file."""
+    import trimesh
+
+    try:
+        vertices, faces = ply.surface(path.read_bytes())
+    except InputError as error:
+        raise InputError(f"cannot be read as a mesh: {error}") from None
+    whole = load is trimesh.load_mesh
+    if len(faces):
+        check_corners({"" if whole else path.stem: (vertices, faces)})
+    triangles = ply.in_triangles(vertices, faces)
+    mesh = trimesh.Trimesh(vertices, triangles, process=False) if len(faces) else trimesh.PointCloud(vertices)
+    return mesh if whole else trimesh.Scene({path.name: mesh} if len(vertices) else {})
 
 
 def _check_vertices(mesh: trimesh.Trimesh, label: str) -> None:

@@ -145,7 +145,7 @@ def capacity(
     start = rest_pose(assembly)
     dead, live = read_loads(assembly, loads), read_loads(assembly, load, live=True)
     wrenches = live.wrenches(assembly), dead.wrenches(assembly)
-    limit = _checked_limit_load(assembly, *wrenches, gap, interfaces, solver, flow)
+    limit = _checked_limit_load(assembly, *wrenches, friction, gap, interfaces, solver, flow)
     moved = read_control(limit, live, control)
     structure, origin = structure_about_middle(limit.assembly, limit.interfaces, dead, live, solver)
     near = control_about(moved, origin)
@@ -186,13 +186,14 @@ def _checked_limit_load(
     assembly: Assembly,
     live: Floats,
     dead: Floats,
+    friction: float | None,
     gap: float | str,
     interfaces: Interfaces | None,
     solver: str,
     flow: str,
 ) -> LimitLoad:
     """The limit load, if it has a mechanism that can be followed."""
-    limit = limit_load(assembly, live, loads=dead, gap=gap, interfaces=interfaces, solver=solver)
+    limit = limit_load(assembly, live, loads=dead, friction=friction, gap=gap, interfaces=interfaces, solver=solver)
     if limit.outcome is LoadOutcome.UNBOUNDED:
         told, own = "", (limit.assembly, live, dead, limit.interfaces, solver)
         found = carried_without_self_stress(*own) if flow == "coulomb" else None

@@ -17,9 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.analysis.problem import LOOSE, Problem
+from blockstat.analysis.problem import Problem
 from blockstat.contact.cells import centres
 from blockstat.contact.point_law import last_law
+from blockstat.contact.tolerance import LOOSE
 from blockstat.errors import InputError
 from blockstat.program.ties import tie_columns, tied_pairs
 from blockstat.proof.places import LEAST, on_face

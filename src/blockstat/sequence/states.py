@@ -8,6 +8,7 @@ where a block was put in and is held, they still balance. Nothing is assumed; ea
 from __future__ import annotations
 
 import copy
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
@@ -20,7 +21,7 @@ from blockstat.analysis.assess import FLOWS, judged
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.decision import outcome_of
 from blockstat.analysis.limit_load import limit_load
-from blockstat.analysis.problem import Problem, pose
+from blockstat.analysis.problem import Problem, pose, unheeded
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.assembly import check_supports
 from blockstat.certificate import check as certificate
@@ -28,7 +29,7 @@ from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces, near_
 from blockstat.contact.overlap.penetration import check_copies, check_overlaps, overlaps
 from blockstat.contact.point_law import joint_friction
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
-from blockstat.errors import InputError, check_choice, check_names, known_options, no_such
+from blockstat.errors import InputError, InputWarning, check_choice, check_names, known_options, no_such
 from blockstat.program.equilibrium import Columns, Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
@@ -131,6 +132,11 @@ class Whole:
         Tolerance of the joint search.
     interfaces : Interfaces, optional
         Its joints, instead of searching.
+
+    Warns
+    -----
+    InputWarning
+        Where joint laws keep a friction of their own beside the one that is asked for.
     """
 
     def __init__(
@@ -152,6 +158,8 @@ class Whole:
             interfaces = find_interfaces(assembly, gap=gap, near=near)
         if friction is not None:
             interfaces = replace(interfaces, friction=None)
+            for text in unheeded(assembly, interfaces):
+                warnings.warn(InputWarning(text), stacklevel=4)
         self.assembly, self.interfaces, self.gap = assembly, interfaces, gap
         self.load = weight(assembly)
         everything = np.arange(assembly.n_blocks), np.arange(interfaces.n_points)

@@ -71,7 +71,9 @@ def build(scene: Scene) -> Assembly:
     if GROUND in plan.supports:
         _check_feet(blocks)
         blocks = [ground(blocks), *blocks]
-    absent = cache(partial(_absent_groups, plan))
+    moving = [path for path, found in parameters(scene).items() if len(found.steps()) > 1]
+    known = all(path.rpartition(".")[2] == "present" for path in moving)  # other ranges may make other parts
+    absent = cache(partial(_absent_groups, plan, known=known))
     assembly = Assembly.from_blocks(
         blocks,
         supports=_supports(plan, blocks, absent),
@@ -87,8 +89,7 @@ def build(scene: Scene) -> Assembly:
             **{key: own for key, own in _tables(plan) if own},
         },
     )
-    moves = any(len(found.steps()) > 1 for found in parameters(scene).values())
-    if empty := _empty_groups(plan, assembly, absent, moves=moves):
+    if empty := _empty_groups(plan, assembly, absent, moves=bool(moving)):
         assembly = assembly.with_(metadata={**assembly.metadata, "absent": empty})
     if not plan.no_overlap:
         _check_elements_apart(assembly)
@@ -256,12 +257,21 @@ def _check_feet(blocks: Sequence[Block]) -> None:
         raise InputError(f"nothing stands on the ground at z = 0; the lowest block is at z = {low.min():.4g} m")
 
 
-def _absent_groups(plan: Plan) -> list[str]:
-    """Groups that are not there by choice, each with all that is in it; "" where any group may be."""
+def _absent_groups(plan: Plan, *, known: bool) -> list[str]:
+    """Groups that are not there by choice, each with all that is in it; "" where any group may be.
+
+    Of an element that is left out these are the groups of its blocks, and its prefix alone where the groups are not
+    `known` because of ranges, or the element cannot be built as long as it is absent.
+    """
     found = []
     for name, element in plan.left_out.items():
         prefix = name if element.prefix is None else element.prefix
-        found += [prefix] if prefix else _groups_alone(plan, name, element)
+        groups = _groups_alone(plan, name, element) if known or not prefix else []
+        if prefix and (not groups or "" in groups):
+            found.append(prefix)
+            continue
+        found += groups
+        found += [own + part for own in _prefixes(name, element) for part in absent_parts(element)]
     for name, element in plan.elements.items():
         if parts := absent_parts(element):
             found += [prefix + part for prefix in _prefixes(name, element) for part in parts]
@@ -269,7 +279,7 @@ def _absent_groups(plan: Plan) -> list[str]:
 
 
 def _groups_alone(plan: Plan, name: str, element: Element) -> list[str]:
-    """Groups of an absent element that has no prefix, which its blocks alone can tell."""
+    """Groups of an absent element, which its blocks alone can tell; "" where it cannot be built."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:

@@ -15,7 +15,7 @@ from blockstat.geometry.components import connected_components
 from blockstat.geometry.triangulation import triangulate
 from blockstat.typing import Floats, Ints
 from dynsim.engine.decompose import FLUSH, Cut, convex_pieces
-from dynsim.engine.filling import fills
+from dynsim.engine.filling import fills, prisms
 
 #: A block whose hull is larger by more than this fraction is not convex.
 CONVEX = 1e-6
@@ -25,6 +25,14 @@ SQUARE = 1e-7
 #: Where diagonals across bent faces change the volume of a block by more than this fraction, they make another block of
 #: it, and these faces are split about their middle, as statics split them.
 BENT = 1e-2
+#: A support of more triangles than the first number is cut into prisms where it can be, before other cuts are tried.
+#: CoACD moves the faces of such a relief, and takes minutes for a support of more than the second: they are refused.
+MANY, TOO_MANY = 1000, 2000
+#: So many of the largest faces of a support are tried as the plane that it rises from, before a level one.
+PLANES = 6
+#: A block has to stand this far within one prism, relative to its size. Where one of its faces is in line with the side
+#: of another prism, Bullet may find a normal across that side, and the block does not slide at any angle.
+WITHIN = 0.1
 #: Steps in which Bullet's convex hulls measure a block (btConvexHullComputer).
 GRID = 10216
 
@@ -116,8 +124,56 @@ def _shape(assembly: Assembly, block: int, depth: float, exact: bool) -> Shape:
     hollow = hull.volume > (1 + CONVEX) * volume
     if not hollow and not fills(local[triangulate(local, faces)], [hull], min(FLUSH * assembly.size[block], depth)):
         return Shape(rotation, None, (local[hull.vertices],), moments)
-    cut = _cut(local, faces, float(assembly.size[block]), depth, volume, exact=exact)
+    relief = _Relief(assembly, block, rotation) if assembly.support[block] else None
+    cut = _cut(local, faces, float(assembly.size[block]), depth, volume, relief, exact=exact)
     return Shape(rotation, None, cut.pieces, moments, cut.filled)
+
+
+class _Relief:
+    """A support that may be a relief above one of its largest faces, or above a level plane."""
+
+    def __init__(self, assembly: Assembly, block: int, rotation: Floats) -> None:
+        place, middle = assembly.block_vertices(block), assembly.centroid[block]
+        faces = assembly.faces_of(block)
+        outward = np.array(
+            [np.cross(place[face] - middle, place[np.roll(face, -1)] - middle).sum(axis=0) for face in faces]
+        )
+        largest = np.argsort(-np.linalg.norm(outward, axis=1), kind="stable")[:PLANES]
+        ups = np.vstack([-outward[largest], -np.asarray(assembly.gravity)]) @ rotation
+        self._ups = ups / np.linalg.norm(ups, axis=1)[:, None]
+        free = np.flatnonzero(~assembly.support).tolist()
+        self._others = [(assembly.block_vertices(other) - middle) @ rotation for other in free]
+        self._margin = WITHIN * assembly.size[free]
+        self._size = float(assembly.size[block])
+        self._label = f'support "{assembly.names[block]}" is not convex and has {len(faces)} faces'
+
+    def prisms(self, surface: Floats) -> list[Floats]:
+        """The prisms of a solid; none where it is no relief, or where a block is near several of them."""
+        found = self._prisms(surface)
+        return found if found and _each_on_one(found, self._others, self._margin) else []
+
+    def _prisms(self, surface: Floats) -> list[Floats]:
+        return prisms(surface, self._size, FLUSH, self._ups, np.concatenate([np.empty((0, 3)), *self._others]))
+
+    def check(self, surface: Floats) -> None:
+        """Raise InputError for a solid that takes minutes to cut, and whose pieces would be others than the solid."""
+        if len(surface) > TOO_MANY or (len(surface) > MANY and self._prisms(surface)):
+            raise InputError(
+                f"{self._label}, and no cut into convex pieces was found that keeps them. Put boxes in its place, one "
+                "below each plane part that blocks stand on, and make these the supports (`--supports`); or draw it "
+                "as a relief above one plane, in which each block stands on one plane part that reaches "
+                f"{WITHIN:g} of the block's size beyond it"
+            )
+
+
+def _each_on_one(pieces: Sequence[Floats], others: Sequence[Floats], margin: Floats) -> bool:
+    """Whether no block is near more than one of the pieces, by their bounding boxes."""
+    lower, upper = (np.array([end(piece, axis=0) for piece in pieces]) for end in (np.min, np.max))
+    near = [
+        ((lower < corners.max(axis=0) + own) & (upper > corners.min(axis=0) - own)).all(axis=1).sum()
+        for corners, own in zip(others, margin, strict=True)
+    ]
+    return max(near, default=0) <= 1
 
 
 def _axes(inertia: Floats, fixed: bool) -> tuple[Floats, Floats]:
@@ -161,11 +217,20 @@ def _hull(points: Floats):
     return ConvexHull(points)
 
 
-def _cut(local: Floats, faces: Sequence[np.ndarray], size: float, depth: float, volume: float, *, exact: bool) -> Cut:
+def _cut(
+    local: Floats,
+    faces: Sequence[np.ndarray],
+    size: float,
+    depth: float,
+    volume: float,
+    relief: _Relief | None,
+    *,
+    exact: bool,
+) -> Cut:
     """Convex pieces of a concave block, of each of its separate solids by itself."""
     solids = _solids(local, faces, size)
     if len(solids) == 1:
-        return _cut_solid(local, faces, size, depth, volume, exact=exact)
+        return _cut_solid(local, faces, size, depth, volume, relief, exact=exact)
     found = []
     for corners, own in solids:
         own_volume = _volume(_split_alike(corners, own, size))
@@ -173,7 +238,7 @@ def _cut(local: Floats, faces: Sequence[np.ndarray], size: float, depth: float, 
         if hull.volume <= (1 + CONVEX) * own_volume and not fills(corners[triangulate(corners, own)], [hull], depth):
             found.append(Cut((corners[hull.vertices],), False))
         else:
-            found.append(_cut_solid(corners, own, size, depth, own_volume, exact=exact))
+            found.append(_cut_solid(corners, own, size, depth, own_volume, relief, exact=exact))
     return Cut(tuple(piece for cut in found for piece in cut.pieces), any(cut.filled for cut in found))
 
 
@@ -196,7 +261,14 @@ def _solids(local: Floats, faces: Sequence[np.ndarray], size: float) -> list[tup
 
 
 def _cut_solid(
-    local: Floats, faces: Sequence[np.ndarray], size: float, depth: float, volume: float, *, exact: bool
+    local: Floats,
+    faces: Sequence[np.ndarray],
+    size: float,
+    depth: float,
+    volume: float,
+    relief: _Relief | None,
+    *,
+    exact: bool,
 ) -> Cut:
     """Convex pieces of a concave block: exact cuts, or CoACD (Wei et al. 2022) where those fail."""
     if exact and (found := convex_pieces(_split_alike(local, faces, size), size, depth, exact=True)):
@@ -208,13 +280,20 @@ def _cut_solid(
         surfaces.reverse()
     if np.array_equal(surfaces[0], surfaces[1]):
         surfaces.pop()
+    if relief and len(surfaces[0]) > MANY and (found := relief.prisms(surfaces[0])):
+        return Cut(tuple(found), False)
+    planes = not relief or len(surfaces[0]) <= TOO_MANY
     first = None
     for surface in surfaces:
-        if (found := convex_pieces(surface, size, depth)) and not found.filled:
+        if (found := convex_pieces(surface, size, depth, planes=planes)) and not found.filled:
             return found
         first = first or found
+    if relief and (found := relief.prisms(surfaces[0])):
+        return Cut(tuple(found), False)
     if first:
         return first
+    if relief:
+        relief.check(surfaces[0])
     try:
         import coacd
     except ImportError as error:

@@ -63,7 +63,9 @@ class Cut(NamedTuple):
     filled: bool  #: whether they fill recesses that are too deep for it
 
 
-def convex_pieces(surface: Floats, size: float, depth: float, *, exact: bool = False) -> Cut | None:
+def convex_pieces(
+    surface: Floats, size: float, depth: float, *, exact: bool = False, planes: bool = True
+) -> Cut | None:
     """Cut a closed surface into convex pieces.
 
     Parameters
@@ -76,6 +78,8 @@ def convex_pieces(surface: Floats, size: float, depth: float, *, exact: bool = F
         Recesses up to this depth may be filled [m].
     exact : bool
         Keep warped faces in their places, by more pieces, where the block allows it.
+    planes : bool
+        Try the planes of the faces at last, which takes long where there are many.
 
     Returns
     -------
@@ -96,7 +100,8 @@ def convex_pieces(surface: Floats, size: float, depth: float, *, exact: bool = F
             yield Cut(tuple(star), False) if (star := star_pieces(surface, size)) else None
         for shallow, near, error in ATTEMPTS:
             yield judged(_cut_up(surface, shallow * size, near * size, size), error)
-        yield judged(pieces_between_planes(surface, depth, FLUSH * size, MOST_BETWEEN_PLANES), PARTITION)
+        if planes:
+            yield judged(pieces_between_planes(surface, depth, FLUSH * size, MOST_BETWEEN_PLANES), PARTITION)
 
     first = None
     for found in cuts():

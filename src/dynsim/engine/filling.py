@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.geometry.components import connected_components
 from blockstat.geometry.convex_pieces import contains
 from blockstat.geometry.convex_pieces import convex_pieces as between_planes
 from blockstat.geometry.inscribed_ball import inscribed_balls
@@ -14,6 +15,11 @@ from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
+
+#: Corners of a polygon, and its area [m2].
+Part = tuple[frozenset[int], float]
+#: Faces whose normal has less than this along a direction are upright to it.
+UPRIGHT = 1e-6
 
 
 def fills(surface: Floats, pieces: Sequence[ConvexHull], depth: float) -> bool:
@@ -165,3 +171,102 @@ def pieces_between_planes(surface: Floats, least: float, thin: float, most: int)
         for own, middle, half in zip(found, centre, radius, strict=True)
         if half > thin
     ]
+
+
+def prisms(surface: Floats, size: float, flush: float, directions: Sequence[Floats], reach: Floats) -> list[Floats]:
+    """Cut a block that is a relief above a plane, such as a terrain, into prisms between its upper faces and the plane.
+
+    Parameters
+    ----------
+    surface : array of float, shape (k, 3, 3)
+        Corners of the triangles of a closed surface [m], counter-clockwise seen from outside.
+    size : float
+        Length that tolerances refer to [m].
+    flush : float
+        Corners this close to a plane lie on it, relative to `size`.
+    directions : sequence of arrays of float, shape (3,)
+        Unit vectors along which the block may rise, tried in turn.
+    reach : array of float, shape (n, 3)
+        Corners of all that may touch the block [m].
+
+    Returns
+    -------
+    list of arrays of float, shape (l, 3)
+        Corners of the prisms [m]; none where the block is no such relief.
+
+    Notes
+    -----
+    A line along the direction leaves a closed surface at a face that looks down and enters it at one that looks up. So
+    where no corner of a face that looks up is below one that looks down, each such line goes through one upper face
+    alone, and the prisms are disjoint. They are the block but for what is below the highest corner of a face that looks
+    down, which may be rough. That part is left out only if nothing reaches below it.
+    """
+    normal = np.cross(surface[:, 1] - surface[:, 0], surface[:, 2] - surface[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    surface, normal = surface[length > 0], normal[length > 0] / length[length > 0, None]
+    for up in directions:
+        rise, height = normal @ up, surface @ up
+        above, below = rise > UPRIGHT, rise < -UPRIGHT
+        if not above.any() or not below.any():
+            continue
+        base, lowest = height[below].max(), height.min()
+        whole = base - lowest <= flush * size
+        if height[above].min() < base - flush * size or not (whole or (reach @ up > base).all()):
+            continue
+        tops = _united(surface[above], normal[above], flush * size)
+        feet = [top - np.outer(top @ up - base, up) for top in tops]
+        return [np.vstack([top, foot]) for top, foot in zip(tops, feet, strict=True)]
+    return []
+
+
+def _united(surface: Floats, normal: Floats, near: float) -> list[Floats]:
+    """Corners of convex polygons that triangles make, with those united that are in one plane."""
+    keys = np.round(surface.reshape(-1, 3) / near).astype(np.int64)
+    _, first, corner = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    points, triangles = surface.reshape(-1, 3)[first], corner.reshape(-1, 3)
+    owner = {(a, b): t for t, row in enumerate(triangles.tolist()) for a, b in zip(row, row[1:] + row[:1], strict=True)}
+    sides = np.array([(t, owner[b, a]) for (a, b), t in owner.items() if (b, a) in owner and t < owner[b, a]])
+    sides = sides.reshape(-1, 2)
+    one, other = surface[sides[:, 0]], surface[sides[:, 1]]
+    off = np.einsum("ikj,ij->ik", other - one[:, :1], normal[sides[:, 0]])
+    sides = sides[(np.abs(off) <= near).all(axis=1)]
+    area = np.linalg.norm(np.cross(surface[:, 1] - surface[:, 0], surface[:, 2] - surface[:, 0]), axis=1) / 2
+    label = connected_components(len(surface), sides)[1]
+    found = []
+    for group in np.split(np.argsort(label, kind="stable"), np.cumsum(np.bincount(label))[:-1]):
+        own = {t: (frozenset(triangles[t].tolist()), float(area[t])) for t in group.tolist()}
+        if len(own) > 1:
+            inside = sides[label[sides[:, 0]] == label[group[0]]]
+            own = _convex_unions(points, own, inside, normal[group[np.argmax(area[group])]], near)
+        found += [points[sorted(corners)] for corners, _ in {id(part): part for part in own.values()}.values()]
+    return found
+
+
+def _convex_unions(points: Floats, parts: dict[int, Part], sides: Ints, normal: Floats, near: float) -> dict[int, Part]:
+    """Unite triangles of one plane, all at once or side by side, where the outline of the union is convex."""
+    from scipy.spatial import ConvexHull
+
+    corners = sorted(frozenset().union(*(own for own, _ in parts.values())))
+    across = np.linalg.svd(normal[None])[2][1:]
+    place = dict(zip(corners, points[corners] @ across.T, strict=True))
+    height = (points[corners] - points[corners[0]]) @ normal
+
+    def united(one: Part, other: Part) -> Part | None:
+        both, area = one[0] | other[0], one[1] + other[1]
+        hull = ConvexHull(np.array([place[corner] for corner in both]))  # its "volume" is an area
+        return (both, area) if hull.volume <= area + near * np.sqrt(area) else None
+
+    if np.abs(height).max() > near:
+        return parts  # they follow a curve
+    whole = (frozenset(corners), sum(area for _, area in parts.values()))
+    if united(whole, (frozenset(), 0.0)):
+        return dict.fromkeys(parts, whole)
+    found = dict(parts)
+    members = {t: [t] for t in parts}
+    for a, b in sides.tolist():
+        if found[a] is not found[b] and (both := united(found[a], found[b])):
+            one, other = members[a], members[b]
+            one += other
+            for t in one:
+                found[t], members[t] = both, one
+    return found

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.analysis.problem import unheeded
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.result import Result, Unfinished, millimetres
@@ -152,7 +153,8 @@ def sequence(
     plan : Plan
         The plan; it is checked first.
     friction : float, optional
-        Replaces the assembly's coefficient of friction.
+        Replaces the assembly's coefficient of friction; `interfaces` with a friction of their own keep it, and a
+        warning says so.
     settings : Settings, optional
         Time step and durations, those of one step of the plan.
     gap : float or str, optional
@@ -204,7 +206,8 @@ def sequence(
     every = Unfinished.STOPPED if missing else DynamicOutcome.STANDS
     worst = next((s.outcome for s in steps if s.outcome is not DynamicOutcome.STANDS), every)
     run, done = replace(run, process_seconds=process_time() - start), replace(plan, steps=plan.steps[: len(steps)])
-    warnings = (*scene.warnings, *run.warnings)
+    kept = [] if friction is None else unheeded(scene.assembly, scene.interfaces)
+    warnings = (*kept, *scene.warnings, *run.warnings)
     return DynamicSequence(worst, done, steps, site.threshold, run, warnings, settings.resolution, missing)
 
 

@@ -61,7 +61,7 @@ def check_spacing(path: Path, blocks: Sequence[Block], apart: Sequence[float]) -
     InputWarning
         Where it is more than the gap from which a joint does not quite close, `LOOSE` of the block.
     """
-    shares = [step / _size(block, step) if step else 0.0 for block, step in zip(blocks, apart, strict=True)]
+    shares = [step / size_of(block, step) if step else 0.0 for block, step in zip(blocks, apart, strict=True)]
     worst = int(np.argmax(shares)) if shares else 0
     if not shares or not shares[worst] > LOOSE:
         return
@@ -74,8 +74,21 @@ def check_spacing(path: Path, blocks: Sequence[Block], apart: Sequence[float]) -
     warnings.warn(InputWarning(f"{path}: {text}; joints open by as much: {ADVICE}"), stacklevel=4)
 
 
-def _size(block: Block, step: float) -> float:
-    """Cube root of the volume of a block, or of its box where the volume is lost in rounding."""
+def size_of(block: Block, step: float) -> float:
+    """Return the cube root of the volume of a block, or of its box where the volume is lost in rounding.
+
+    Parameters
+    ----------
+    block : Block
+        In any unit.
+    step : float
+        How far apart the numbers of its coordinates are, in that unit.
+
+    Returns
+    -------
+    float
+        In that unit.
+    """
     corners = np.asarray(block.vertices, dtype=float)
     corners = corners - corners.mean(axis=0)
     box = np.maximum(np.ptp(corners, axis=0), step)

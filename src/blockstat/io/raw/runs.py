@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from blockstat.errors import InputError, some
 from blockstat.geometry.convex_pieces import contains
 from blockstat.geometry.triangulation import fans
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
 
 def closed_runs(faces: Sequence[Sequence[int]]) -> list[range]:
@@ -137,3 +138,28 @@ def _odd_edges(face: Sequence[int]) -> set[tuple[int, int]]:
         if a != b:
             odd ^= {(min(a, b), max(a, b))}
     return odd
+
+
+def check_corners(surfaces: Mapping[str, tuple[Floats, Ints | list[Ints]]]) -> None:
+    """Raise InputError with the faces of each object that have a corner that does not exist.
+
+    Parameters
+    ----------
+    surfaces : mapping of str to (vertices, faces)
+        By the name of the object, "" where it needs none: vertices of shape (n, 3), and the corners of one or more
+        faces.
+
+    Raises
+    ------
+    InputError
+        For all objects at once.
+    """
+    wrong = []
+    for name, (vertices, faces) in surfaces.items():
+        corners = np.ravel(faces) if isinstance(faces, np.ndarray) else np.concatenate(faces)
+        owner = np.repeat(np.arange(len(faces)), [len(face) for face in faces])
+        if lost := np.unique(owner[(corners < 0) | (corners >= len(vertices))]).tolist():
+            label = f'object "{name}": ' if name else ""
+            wrong.append(f"{label}a face has a corner that does not exist (face {some(lost)})")
+    if wrong:
+        raise InputError(*wrong)
