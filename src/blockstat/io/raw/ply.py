@@ -42,7 +42,7 @@ class _Property:
     count: str = ""  #: of the length of a list
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Element:
     name: str
     length: int
