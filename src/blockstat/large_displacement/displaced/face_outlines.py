@@ -26,7 +26,7 @@ SAME_FACE_DISTANCE = 1e-3
 #: Joints whose faces are warped, or tilted against each other, by more than this are meant so [rad]. Chosen: the tilt
 #: up to which faces belong to a joint.
 LARGEST_TILT = SAME_FACE_SINE
-#: Edges of a face are drawn parallel when the sine of their angle is below this. Chosen: faces of voussoirs and of
+#: Edges of a joint are drawn parallel when the sine of their angle is below this. Chosen: faces of voussoirs and of
 #: domes taper by more where they are meant to.
 PARALLEL_EDGES = 0.01
 
@@ -159,9 +159,11 @@ class FaceOutlines:
         for joint in np.flatnonzero(self._interfaces.area > 0):
             points = self._interfaces.point[self._interfaces.start[joint] : self._interfaces.start[joint + 1]]
             reach = 0.5 * float(np.linalg.norm(np.ptp(points, axis=0)))
+            skew = _off_parallel(self._interfaces.outline(int(joint)))
             for corner in (face for side in (0, 1) for face in self._faces(int(joint), side)):
                 off, sine, warp = _off_plane(corner, self._interfaces.frame[joint, 0])
-                found.append((np.hypot(off + sine * reach, _off_parallel(corner)), sine + warp))
+                # A support may reach far beyond the joint, and so may what it is off by.
+                found.append((np.hypot(min(off, warp * reach) + sine * reach, skew), sine + warp))
         each = np.array(found).reshape(-1, 2)
         largest, mean = each.max(axis=0, initial=0.0), np.sqrt((each**2).sum(axis=0) / max(len(each), 1))
         return Flaw(*map(float, (*largest, *mean)))
@@ -217,7 +219,7 @@ def _off_plane(corner: Floats, normal: Floats) -> tuple[float, float, float]:
 
 
 def _off_parallel(corner: Floats) -> float:
-    """By how much the ends of those edges of a face are off that are drawn parallel, at most [m]."""
+    """By how much the ends of those edges of a joint are off that are drawn parallel, at most [m]."""
     edge = np.roll(corner, -1, axis=0) - corner
     length = np.linalg.norm(edge, axis=1)
     edge, length = edge[length > 0], length[length > 0]
