@@ -168,6 +168,19 @@ def test_a_limit_that_rests_on_a_sliver_says_so_and_what_is_carried_without_it(s
     )
 
 
+@pytest.mark.parametrize("width", [2e-2, 9e-4, 1e-5])
+def test_a_cube_on_two_rails_of_one_block_slides_before_it_tips_however_narrow_they_are(width):
+    """Friction .7; it would tip at 1, half its width by half its height. Rails below a thousandth of it are slivers."""
+    foot = [(-1, -1), (2, -1), (2, -0.5), (1, -0.5), (1, 0), (1 - width, 0), (1 - width, -0.5)]
+    foot += [(width, -0.5), (width, 0), (0, 0), (0, -0.5), (-1, -0.5)]
+    rails = assembly([prism(foot, 1, name="rails"), box((0, 0, 0), (1, 1, 1), name="cube")], friction=0.7)
+    verdict = assess(rails)
+    assert verdict.outcome is Outcome.STABLE
+    told = ['"rails" to "cube"; without them it is not proven stable'] if width < SLIVER else []
+    assert [text.split("block: ")[1] for text in verdict.warnings] == told
+    assert limit_load(rails, (1, 0, 0)).lower == pytest.approx(0.7, rel=1e-4)
+
+
 def test_a_limit_that_rests_on_no_sliver_has_no_word_of_it():
     assert limit_load(on_a_lip(2e-3), (-1, 0, 0)).warnings == ()  # no sliver
     assert limit_load(on_a_lip(2e-6), (1, 0, 0)).warnings == ()  # not pushed against it

@@ -20,7 +20,7 @@ from blockstat.analysis.decision import Bound, decide, narrowed, outcome_of, pro
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
 from blockstat.analysis.reserve import limit_warning
 from blockstat.analysis.rims import gap_warnings, judged_with_rims, overlap_warnings, rim_warnings
-from blockstat.analysis.verdict import Outcome, fastest_first, first_words, moving_joints, unit_motion
+from blockstat.analysis.verdict import Outcome, fastest_first, first_words, joint_counts, moving_joints, unit_motion
 from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, in_units, is_closed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, known_options
@@ -156,7 +156,7 @@ class LimitLoad(Result):
         elif self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED, LoadOutcome.UNBOUNDED):
             lines.append(DILATES)
         if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED):
-            counts = ", ".join(f"{len(pairs)} {kind}" for kind, pairs in self.joints().items())
+            counts = ", ".join(joint_counts(self.joints()))
             lines.append(f"Joints of the mechanism: {counts}.")
             lines += [first_words(self.assembly, self.moving)] if len(self.moving) else []
         if words := self.interfaces.contact_words:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -359,6 +360,30 @@ def moving_joints(
         kind = "sliding" if contact.all() and not still else "hinges" if contact.any() else "opening"
         found[kind].append((assembly.names[pair[0]], assembly.names[pair[1]]))
     return found
+
+
+def joint_counts(joints: Mapping[str, Sequence[tuple[str, str]]]) -> list[str]:
+    """Return how many joints of each kind move, in words.
+
+    Parameters
+    ----------
+    joints : mapping of str to sequence
+        As of `moving_joints`.
+
+    Returns
+    -------
+    list of str
+        One entry a kind.
+
+    Examples
+    --------
+    >>> from blockstat.analysis.verdict import joint_counts
+    >>> joint_counts({"hinges": [("pier", "slab")], "sliding": []})
+    ['1 hinge', '0 sliding']
+    """
+    return [
+        f"{len(pairs)} {'hinge' if (kind, len(pairs)) == ('hinges', 1) else kind}" for kind, pairs in joints.items()
+    ]
 
 
 def corner_speed(assembly: Assembly, twist: Floats) -> Floats:

@@ -84,8 +84,7 @@ def capacity_command(
         typer.Option(
             metavar="BLOCK",
             help="Whose displacement along the load is measured: a block, a group, a point of a block as "
-            "BLOCK:X,Y,Z [m], or mean, weighted by the load. "
-            "By default the corner that moves most.",
+            "BLOCK:X,Y,Z [m], or mean, weighted by the load. By default the corner that moves most.",
         ),
     ] = None,
     case: Case = None,
@@ -114,7 +113,8 @@ def capacity_command(
     film = None if film is None else film_path(film)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
-    growing, permanent = placed_load_and_loads(load, chosen_case(assembly, file, case, loads, gap=near, tilt=tilt))
+    acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
+    growing, permanent = placed_load_and_loads(assembly, load, acting)
     with at_work("limit load") as say:
         found = capacity(
             assembly,
