@@ -345,7 +345,7 @@ def test_a_dovetail_that_nothing_presses_is_told_to_be_wedged():
 
 
 def test_a_thrust_of_more_than_all_weight_is_that_of_a_flat_arch():
-    """An arch of 40 degrees leaves its springers at most at 20 degrees: each carries W / 2 / sin 20, 1.46 W, at least."""
+    """An arch of 40 degrees leaves its springers at 20 degrees at most: each bears W / 2 / sin 20 = 1.46 W at least."""
     scene = arch(5, 0.1, embrace=np.deg2rad(40), friction=0.7, gravity=EARTH)
     found = verify(scene)
     assert found.outcome is DynamicOutcome.STANDS
