@@ -13,9 +13,9 @@ a proof.
 
 That none is found proves nothing. The answer is "stable only by self-stress" when blocks fall freely from joints that
 nothing has pressed, which is a proof (`blockstat.certificate.falling`) beside which only states in joints of every kind
-count, or when slips grow without bound for every kind
-of joints and stiff joints of unequal openings have no state either; it is undecided otherwise. A block that only a
-thrust holds slips on by the same amount or more with each program.
+count, or when slips grow without bound for every kind of joints and stiff joints of unequal openings have no state
+either; it is undecided otherwise. A block that only a thrust holds slips on by the same amount or more with each
+program.
 """
 
 from __future__ import annotations
