@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -330,4 +331,6 @@ def _move(text: str) -> tuple[Any, list[float]]:
     if not colon or not where:
         raise InputError(f'--move is "{text}"; it must read {FORM}')
     moved = lengths(displacement, 3, "--move", FORM, given=text)
-    return (tuple(lengths(where, 6, "--move", FORM, given=text)) if "," in where else where), moved
+    # Six lengths are a box, and what begins with no number is a name, which may have commas.
+    box = "," in where and re.match(r"\s*[-+.]?\d", where)
+    return (tuple(lengths(where, 6, "--move", FORM, given=text)) if box else where), moved
