@@ -168,7 +168,7 @@ def _turned(
     held = np.hstack([points[:, sliding.point, 0], held])
     normal = np.maximum(state.force[sliding.point, 0], 0.0)
     rows = np.hstack([wrench * np.sqrt(sliding.friction[:, 0] * normal / slip), HELD * held]).T
-    motion: Floats = np.linalg.lstsq(rows.T @ rows, state.residual, rcond=None)[0]
+    motion = np.linalg.lstsq(rows.T @ rows, state.residual, rcond=None)[0].astype(float)
     turn = (motion @ wrench) / slip
     if not np.abs(turn).max(initial=0.0) <= STICKING_SPEED:
         return None
