@@ -75,7 +75,9 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
     Notes
     -----
     The linkage's own motion does no work under its own multiplier. So that part of the mechanism that moves the control
-    is subtracted, and the loads still do positive work in what remains.
+    is subtracted, and the loads still do positive work in what remains. A linkage that moves at constant displacement
+    without any contact that opens or tie that yields swings on its ties. It comes to rest at its lowest place, which is
+    not looked for: it is no fall.
     """
     assembly, contacts = linkage.assembly, linkage.contacts
     if linkage.control is not None:
@@ -88,6 +90,8 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
     extent = float(np.ptp(assembly.vertices[~assembly.support[assembly.vertex_block]], axis=0).max())
     tolerance, travelled = ZERO_GAP * float(free_sizes(assembly).max()), 0.0
     lost = JumpEnd(None, pose, opened, [])
+    if _moves_as_before(falling, linkage):
+        return lost
     direction = _direction(falling, pose, parameter, mechanism)
     if direction is not None and opens.any() and not (opens & _opens(linkage, pose, parameter, direction)).any():
         return lost
@@ -115,6 +119,13 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
         direction = _direction(falling, pose, parameter, direction)
         step = min(2 * step, MAX_STEP * extent)
     return replace(lost, pose=pose, fell=travelled >= FALLEN * extent)
+
+
+def _moves_as_before(falling: Linkage, linkage: Linkage) -> bool:
+    """Whether the same contacts and ties hold the blocks in a jump as before it, and ties are among these."""
+    contacts = (falling.sticking == linkage.sticking).all() and (falling.sliding == linkage.sliding).all()
+    ties = np.array_equal(falling.ties, linkage.ties) and np.array_equal(falling.slack, linkage.slack)
+    return bool(len(linkage.ties)) and bool(contacts) and ties
 
 
 def _gaps_at(linkage: Linkage, parameter: float) -> Callable[[Pose], Floats]:
