@@ -43,6 +43,8 @@ if TYPE_CHECKING:
 NEAR_REST = 1e-8 / STICKING_SPEED_AT_REST
 #: A reaction below this is none. Relative to the weight. Programs are solved to that accuracy.
 ZERO_REACTION = 1e-8
+#: Reactions that differ by less are the same. Relative to the larger. Chosen: the default tolerance of a path.
+SAME_REACTION = 1e-4
 #: How often that is repeated at most. Chosen: it settles after one or two.
 MAX_TRIALS = 5
 #: Openings and movements below this are rounding. Relative to the largest block. Chosen: far above rounding, far below
@@ -376,6 +378,17 @@ def _openings(states: Sequence[PathState], n_interfaces: int) -> Floats:
     return width
 
 
+def _warning_of_other_forces(first: Settlement, reaction: float, none: float) -> list[str]:
+    """What a reader must know where the path begins with another reaction than `settle` has."""
+    if abs(reaction - first.reaction) <= SAME_REACTION * max(abs(reaction), abs(first.reaction)) + none:
+        return []
+    return [
+        f"at first the reaction is {reaction:.6g} N where joints slide without opening, and {first.reaction:.6g} N "
+        "where they open by friction times slip, as `settle` has it. Both are in equilibrium at rest: `thrust_range` "
+        "gives the least and the greatest reaction that is"
+    ]
+
+
 def _path(
     first: Settlement,
     structure: Structure,
@@ -389,6 +402,8 @@ def _path(
     warnings += warnings_on_accuracy(states, structure)
     reaction = np.array([state.point.value for state in states])
     none = np.abs(reaction) <= ZERO_REACTION * structure.assembly.free_weight
+    if states[0].point.parameter == 0:
+        warnings += _warning_of_other_forces(first, float(reaction[0]), ZERO_REACTION * structure.assembly.free_weight)
     return SettlementPath(
         outcome=outcome,
         first=first,

@@ -61,8 +61,8 @@ def fall(
     Raises
     ------
     NoRootError
-        When the solver finds no fall, the blocks jam, or blocks swing on ties: these come to rest at their lowest place,
-        which is not looked for.
+        When the solver finds no fall, the blocks jam, or blocks swing on ties. These come to rest at their lowest
+        place, which is not looked for.
     """
     shortest = FALL_STEP * longest
     settles = trial.structure.live is None

@@ -13,8 +13,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.displaced.contact_status import contact_status, tie_status
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
