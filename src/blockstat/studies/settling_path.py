@@ -18,9 +18,9 @@ from blockstat.large_displacement.displaced.local_origin import structure_about_
 from blockstat.large_displacement.displaced.pose import Pose, free_sizes, rest_pose
 from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
+from blockstat.large_displacement.finite_steps.free_motion import without_free_motion
 from blockstat.large_displacement.finite_steps.whole_path import follow_path, path_options, warnings_on_accuracy
 from blockstat.large_displacement.linkage.follower import LinkageFollower
-from blockstat.large_displacement.linkage.free_motion import without_free_motion
 from blockstat.large_displacement.linkage.kinematics import pose_at
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at

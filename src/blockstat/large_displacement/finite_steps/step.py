@@ -13,11 +13,11 @@ from blockstat.large_displacement.displaced.face_overlap import AREA_CORNERS, ov
 from blockstat.large_displacement.displaced.pose import Pose, free_sizes
 from blockstat.large_displacement.displaced.structure import slack_of_ties
 from blockstat.large_displacement.finite_steps.contact_projection import projected_onto_zero_gap
+from blockstat.large_displacement.finite_steps.free_motion import without_free_motion
 from blockstat.large_displacement.finite_steps.trial_state import (
     NOT_SOLVED,
     TrialState,
 )
-from blockstat.large_displacement.linkage.free_motion import without_free_motion
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.parts import without_left_at_rest
 from blockstat.large_displacement.linkage.path import end_at

@@ -46,6 +46,9 @@ DIVERGED_RESIDUAL, GROWING_RESIDUAL = 1e3, 1e-3
 #: Steps of Newton's method at most. Chosen: it converges quadratically, so where it needs more, the step along the path
 #: was too long.
 MAX_NEWTON_STEPS = 12
+#: A guess is a motion of the linkage when no more than this part of it has to change. Chosen: in a step along a path
+#: rates change by less. A mixture of two mechanisms changes by more.
+NEAR_GUESS = 0.1
 #: The parameter does not move the linkage when the equations of its rates leave more than this. Relative to the rate of
 #: the parameter. Chosen: far above rounding.
 MAX_RATE_RESIDUAL = 1e-7
@@ -293,14 +296,14 @@ def _change_along(contacts: Floats, control: Floats, missing: Floats, guess: Flo
 
     Where the equations leave directions free, the shortest change that moves a control in a corner turns the block
     about the vertical, each time in the same sense. None where no direction is free beside the motion, which is then
-    known without the guess, and where less than half of the guess is a motion of the linkage.
+    known without the guess, and where the guess is no motion of the linkage (`NEAR_GUESS`).
     """
     change, _, independent, _ = np.linalg.lstsq(contacts, missing[: len(contacts)], rcond=rank)
     if independent > len(guess) - 2:
         return None
     motion = guess - np.linalg.lstsq(contacts, contacts @ guess, rcond=rank)[0]
-    rate, wanted = float(control @ motion), float(control @ guess)
-    if not rate * wanted > 0.5 * wanted**2:
+    rate = float(control @ motion)
+    if not (rate and np.linalg.norm(motion - guess) <= NEAR_GUESS * np.linalg.norm(guess)):
         return None
     found: Floats = change + (float(missing[len(contacts)]) - float(control @ change)) / rate * motion
     return found
