@@ -100,9 +100,9 @@ def fall(
 
 
 def _hang(trial: TrialState, blocks: Ints) -> bool:
-    """Whether blocks have no contact that holds them, but ties that keep their length."""
+    """Whether blocks stick to nothing, but ties that keep their length hold them."""
     linkage = trial.moving_linkage()
-    touch = np.isin(linkage.contacts.pair[linkage.closed], blocks).any()
+    touch = np.isin(linkage.contacts.pair[linkage.sticking], blocks).any()
     return not touch and bool(np.isin(tied_pairs(linkage.assembly)[linkage.ties], blocks).any())
 
 

@@ -122,10 +122,10 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
 
 
 def _swings(falling: Linkage, mechanism: Floats) -> bool:
-    """Whether the blocks that fall have no contact that holds them, but ties that keep their length."""
+    """Whether the blocks that fall stick to nothing, but ties that keep their length hold them."""
     moved = np.linalg.norm(mechanism[:, :3], axis=1)
     blocks = np.flatnonzero(moved > FALLING_TOGETHER * moved.max())
-    touch = np.isin(falling.contacts.pair[falling.closed], blocks).any()
+    touch = np.isin(falling.contacts.pair[falling.sticking], blocks).any()
     return not touch and bool(np.isin(tied_pairs(falling.assembly)[falling.ties], blocks).any())
 
 
