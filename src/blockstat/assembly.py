@@ -27,6 +27,7 @@ from blockstat.errors import (
 from blockstat.geometry.polyhedron import Polyhedra, reach_down, read_only
 from blockstat.geometry.validity import check_geometry
 from blockstat.joint import JointLaw, Tie, check_laws
+from blockstat.result import names_like
 from blockstat.system.reading import check_words
 from blockstat.typing import Floats, Ints
 
@@ -515,7 +516,7 @@ def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, 
             if block not in index and block.isdecimal() and block.isascii() and int(block) < len(names):
                 block = names[int(block)]
             if block not in index:
-                raise InputError(f'{what}: no block "{block}"; blocks are: {_some(names, block)}')
+                raise InputError(f'{what}: no block "{block}"; blocks are: {names_like(names, block)}')
             return index[block]
         if isinstance(block, (int, np.integer)) and not isinstance(block, bool):
             if not 0 <= block < len(names):
@@ -551,14 +552,3 @@ def _supported(given: Any, names: Sequence[str]) -> np.ndarray:
     if values.shape != (len(names),) or not np.isin(values, (0, 1)).all():
         raise InputError(f"support must be true or false for each of the {len(names)} blocks")
     return values.astype(bool)
-
-
-def _some(names: Sequence[str], given: str, limit: int = 8) -> str:
-    """Names of blocks; of many those that are spelled like one that was given, and the first."""
-    from difflib import get_close_matches
-
-    if len(names) <= limit:
-        return ", ".join(names)
-    close = get_close_matches(given, names)
-    first = [name for name in names if name not in close][: limit - len(close)]
-    return f"{', '.join([*close, *first])}, ... ({len(names)} in all)"

@@ -317,8 +317,10 @@ def as_load(assembly: Assembly, load: Any) -> Floats:
     try:
         values = np.asarray(load, dtype=float)
     except (TypeError, ValueError):
+        given = repr(load) if isinstance(load, (str, bytes, list, tuple, dict)) else f"a {type(load).__name__}"
         raise InputError(
-            f"load is {load!r}; three numbers (a direction) or an array of shape ({assembly.n_blocks}, 6) are needed"
+            f"load is {given}; three numbers (a direction) or an array of shape ({assembly.n_blocks}, 6) are needed, "
+            "as `live` of a load case"
         ) from None
     if values.shape == (3,):
         return acceleration(assembly, list(values))

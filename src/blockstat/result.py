@@ -156,6 +156,42 @@ def listed(names: Sequence[str], limit: int) -> str:
     return ", ".join(names[:limit]) + more
 
 
+def names_like(names: Sequence[str], given: str, limit: int = 8) -> str:
+    """Return names of blocks in words: of many those that are spelled like one that was given, and the first.
+
+    Parameters
+    ----------
+    names : sequence of str
+        All of them.
+    given : str
+        A name that none of them has.
+    limit : int, optional
+        How many are named at most.
+
+    Returns
+    -------
+    str
+        Separated by commas; in quotes where one has a comma, which parts the names of a list in an option's text.
+
+    Examples
+    --------
+    >>> from blockstat.result import names_like
+    >>> names_like(["pier", "wall"], "peer")
+    'pier, wall'
+    """
+    from difflib import get_close_matches
+
+    shown, more = list(names), ""
+    if len(names) > limit:
+        close = get_close_matches(given, names)
+        shown = [*close, *[name for name in names if name not in close][: limit - len(close)]]
+        more = f", ... ({len(names)} in all)"
+    if not any("," in name for name in shown):
+        return ", ".join(shown) + more
+    quoted = ", ".join(f'"{name}"' for name in shown)
+    return f"{quoted}{more}; commas part the names of a list, so give a block whose name has one by its number, from 0"
+
+
 NANOMETRE = 1e-9  #: a length below this is rounding: no block moves by less than an atom [m]
 
 

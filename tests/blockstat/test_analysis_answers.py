@@ -418,11 +418,11 @@ def test_a_bracket_tells_both_sides_and_those_of_all_kinds():
     assert lines == [
         BracketOutcome.LIMIT.value, "Worst case of the imperfections: case.", "Stable at a friction of 0.3.",
         "Not stable at a friction of 0.2.",
-        "In stiff joints, elastic ones and both in one a Coulomb state is found down to 0.5, 0.3, nan.",
+        "In stiff joints, elastic ones and both in one a Coulomb state is found down to 0.5, 0.3, none.",
     ]  # fmt: skip
     tilt = Bracket(30.0, 31.0, "tilt", "deg", ((30.0, 31.0), (20.0, 21.0), (math.nan, 0.0)))
     assert tilt.least == tilt.kinds[2] or math.isnan(tilt.least[0])
-    assert tilt.explain().endswith("a Coulomb state is found up to 30, 20, nan deg.")
+    assert tilt.explain().endswith("a Coulomb state is found up to 30, 20, none deg.")
     assert Bracket(30.0, 31.0, "tilt", "deg", ((30.0, 31.0), (20.0, 21.0))).least == (20.0, 21.0)
     plain = Bracket(1.0, math.nan)
     assert plain.least[0] == 1.0

@@ -4,6 +4,8 @@ import json
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from test_bearings import C_BED, L_BED, upright
 from typer.testing import CliRunner
 
 from blockstat import Assembly, Block, InputError, assess_stages, box, build, centring, falsework, scene_from
@@ -184,3 +186,61 @@ def test_stages_of_an_assembly_say_which_groups_may_be_absent(tmp_path):
     for absent, words in ((["q"], 'no group "p"; groups are: b'), ("p", "metadata: \"absent\" is 'p'; it is a list")):
         with pytest.raises(InputError, match=words):
             assess_stages(asm.with_(metadata={"stages": [{"name": "a", "place": ["p"]}], "absent": absent}))
+
+
+TURNS = [np.eye(3), *Rotation.random(11, random_state=3).as_matrix()]
+UTM = np.array([500000.0, 4600000.0, 300.0])
+
+
+def turned(assembly, rotation, origin=0.0):
+    return assembly.with_(vertices=assembly.vertices @ rotation.T + origin, gravity=rotation @ assembly.gravity)
+
+
+def shelf(end):
+    """A slab with .8 m of its 1.2 m on a shelf that reaches 1 m beyond its pier, and -end m back on it."""
+    blocks = [box((-2, 0, -2), (0, 1, -1), name="pier"), box((end, 0, -1), (1, 1, -0.8), name="shelf")]
+    blocks += [box((0.2, 0, -0.8), (1.4, 1, 0), name="slab")]
+    return Assembly.from_blocks(blocks, supports=["pier"], density=1000.0, gravity=(0, 0, -10), friction=0.7)
+
+
+@pytest.mark.parametrize("end", [-1.1, -1.3])
+def test_boards_carry_a_slab_beside_its_shelf_and_not_under_it(end):
+    """The shelf tips about the edge of the pier under a moment M, of its own weight about x = 0.
+
+    The slab of weight W, with its centroid at x = .8, is on it at x >= .2 and on boards at x >= 1. So the shelf has a
+    moment of W / 20 at least, from W / 4 at x = .2. It carries M / .2 at most, and the boards what is left of W.
+    """
+    scene = shelf(end)
+    weight, moment = scene.mass[2] * 10, -scene.mass[1] * 10 * scene.centroid[1, 0]
+    for rotation in TURNS:
+        found = falsework(asm := turned(scene, rotation), (["shelf", "slab"], []), centring(asm, ["slab"]))
+        assert found.outcome.word == ("held" if moment > weight / 20 else "not_held")
+        if moment > weight / 20:
+            assert found.total == pytest.approx(weight - moment / 0.2, rel=1e-4)
+
+
+BESIDE = {
+    "a slab beside a notch": (L_BED, (1, 0.2), (3, 1.4), [(1, 1), (3, 1), (3, 1.4), (1, 1.4)]),
+    "a slab over a notch between two sides": (L_BED, (0, 0), (3, 3), [(1, 1), (3, 1), (3, 3), (1, 3)]),
+    "a slab over a notch between three sides": (C_BED, (0, 0), (5, 4), [(1, 1), (4, 1), (4, 4), (1, 4)]),
+    "a slab that is all on its bed": (L_BED, (0, 0), (1, 3), []),
+}
+
+
+@pytest.mark.parametrize("case", BESIDE)
+def test_boards_reach_as_far_as_a_bed_leaves_room(case):
+    """Wherever the slab lies, its sides are upright, and no strip is left along the edges that it shares with its bed.
+
+    What is cut off leaves a stub of a twentieth of its width, which is a thousandth of the slab, towards either side.
+    """
+    bed, low, high, wanted = BESIDE[case]
+    blocks = [upright(bed, -0.5, 0, "bed"), box((*low, 0), (*high, 0.3), name="slab")]
+    scene = Assembly.from_blocks(blocks, supports=["bed"])
+    for rotation in TURNS:
+        for origin in (0 * UTM, UTM):
+            props = centring(turned(scene, rotation, origin), ["slab"])
+            points = np.array([np.array(prop.point) - origin for prop in props]).reshape(-1, 3) @ rotation
+            assert len(points) == len(wanted)
+            for corner in wanted:
+                away = np.linalg.norm(points - (*corner, 0), axis=1)
+                assert away.min() < np.sqrt(2) * 1e-3 / 20 * scene.size[1]

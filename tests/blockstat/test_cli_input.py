@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import warnings
 from functools import partial
 from pathlib import Path
 
@@ -239,3 +240,52 @@ def test_a_sequence_says_what_it_wrote(run, two, tmp_path):
         assert json.loads(run("sequence", two, *command, "-o", place, "--json")[1])["output"] == str(place)
         assert place.is_file()
         assert "output" not in json.loads(run("sequence", two, *command, "--json")[1])
+
+
+WALL = """
+[elements.wall]
+kind = "box"
+size = [0.5, 3.0, 2.0]
+density = 2700
+[loads.wind]
+kind = "surface"
+pressure = [6000, 0, 0]
+towards = [-1, 0, 0]
+"""
+NO_CASE = "these loads act in no load case: wind; a case names them in [cases.NAME]"
+
+
+@pytest.mark.parametrize("cases", ["", "[cases.still]\nweight = 0.9\n"])
+def test_loads_that_no_case_has_are_told(run, tmp_path, cases):
+    """They would overturn the wall: 36 kN at half its height."""
+    path = tmp_path / "wall.toml"
+    path.write_text(WALL + cases)
+    chosen = ("--case", "still") if cases else ()
+    for command, asked in (("check", ()), ("limit", ("--load", "1,0,0"))):
+        with pytest.warns(match="these loads act in no load case"):
+            status, out, _ = run(command, path, *asked, *chosen, "--json")
+        assert status == 0
+        assert f"{path}: {NO_CASE}" in json.loads(out)["warnings"]
+    acting = "[cases.storm]\nfactors = { wind = 1 }\n"
+    path.write_text(WALL + cases + acting)
+    status, out, _ = run("check", path, "--case", "storm", "--json")
+    assert (status, json.loads(out)["verdict"], json.loads(out)["warnings"]) == (0, "unstable", [])
+
+
+@pytest.mark.parametrize(("weight", "told"), [(1.5, True), (0.6, False)])
+def test_a_case_that_presses_down_without_mass_is_told_where_an_acceleration_grows(
+    run, tmp_path, monkeypatch, weight, told
+):
+    """A building half as heavy again tips at the same share of its weight; pressed down by as much, it tips later."""
+    monkeypatch.setattr("blockstat.view.assessment._pictures", lambda found: "")
+    path = tmp_path / "wall.toml"
+    path.write_text(WALL + f"[cases.own]\nweight = {weight}\n[cases.windy]\nfactors = {{ wind = 1 }}\n")
+    asked = [("limit", "--load", "1,0,0", "--json"), ("limit", "--directions", 4, "--json")]
+    asked.append(("report", "-o", tmp_path / "r.html", "--directions", 4))
+    for command, *options in asked:
+        with warnings.catch_warnings(record=True) as given:
+            warnings.simplefilter("always")
+            assert run(command, path, *options, "--case", "own")[0] == 0
+        extra = (weight - 1) * 0.5 * 3 * 2 * 2700 * 9.81
+        text = f'case "own": its loads press down by {extra:.6g} N and have no mass'
+        assert any(str(each.message).startswith(text) for each in given) is told

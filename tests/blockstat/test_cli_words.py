@@ -170,7 +170,7 @@ def angle(word, out):
         (stack(3, name="tower"), ("--axis", "y"), r"Limit: .*\nStable at a tilt of 18\.4349\d+ deg\."),
         (stack(3, name="tower"), ("--axis", "z"), r"Always stands: .*\nStable at a tilt of 180 deg\."),
         (stack(3, name="tower", gravity=(0.4, 0, -1)), ("--axis", "y"), r"Never stands: .*\nNot stable at a tilt of 0"),
-        (stack(1, friction=0.3, name="tower"), ("--axis", "y", "--flow", "coulomb"), "Limit: "),
+        (stack(1, friction=0.3, name="tower"), ("--axis", "y", "--flow", "coulomb"), "Change: "),
     ],
 )  # fmt: skip
 def test_each_answer_on_a_tilt_has_its_own_words(run, tmp_path, made, options, words):
@@ -695,3 +695,15 @@ def test_that_loads_do_not_tilt_is_told_where_there_are_loads(run, places):
         with warnings.catch_warnings(record=True) as told:
             run("check", places["post"], *command)
         assert not [one for one in told if "rotates" in str(one.message)]
+
+
+def test_names_with_a_comma_are_told_apart_and_moved(run, tmp_path):
+    blocks = [box((0, 0, 0), (1, 1, 1), name="a,b"), box((0, 0, 1), (1, 1, 2), name="c:1")]
+    scene = write(Assembly.from_blocks(blocks, supports=[0], density=1000.0), tmp_path / "names.json")
+    status, _, said = run("check", scene, "--supports", "a,b")
+    assert status == 2
+    assert 'no block "a"; blocks are: "a,b", "c:1"; commas part the names of a list, so give' in said
+    assert run("check", scene, "--supports", "0")[0] == 0
+    status, out, _ = run("settle", scene, "--move", "a,b:0,0,-0.01")
+    assert status == 0
+    assert '"a,b" moves by (0, 0, -10) mm' in out

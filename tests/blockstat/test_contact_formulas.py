@@ -899,7 +899,7 @@ def test_what_is_more_than_five_times_as_open_as_wide_is_no_near_miss(width, rep
     # Two centimetres open, two gaps.
     blocks = [box((0, 0, 0), (1, 1, 1)), box((1.02, 0.1, 1 - width), (2.02, 1.1, 2 - width))]
     dropped = find_interfaces(assembly(blocks)).dropped
-    assert [(d.a, d.b, d.reason) for d in dropped] == [(0, 1, "gap")] * reported
+    assert [(d.a, d.b, d.reason) for d in dropped] == [(0, 1, "narrow")] * reported
     for d in dropped:
         assert d.value == pytest.approx(0.02)
         assert d.limit == pytest.approx(width, rel=1e-4)

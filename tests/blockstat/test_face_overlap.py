@@ -7,7 +7,7 @@ import pytest
 import shapely
 from scipy.spatial.transform import Rotation
 
-from blockstat import Block, JointLaw, capacity, find_interfaces
+from blockstat import Block, JointLaw, capacity, find_interfaces, settle_to_collapse
 from blockstat.large_displacement.displaced.contact_pairs import edge_crossings, gaps, pair_points, pairs_at_rest
 from blockstat.large_displacement.displaced.face_overlap import overlap_points, with_overlap_points
 from blockstat.large_displacement.displaced.loads import read_loads
@@ -190,6 +190,82 @@ def test_a_block_on_two_feet_tips_when_the_front_one_is_off_the_ground():
     assert curve.outcome.word == "collapse"
     assert curve.displacement[-1] == pytest.approx(0.25, abs=1e-5)
     np.testing.assert_allclose(curve.lower, 0.3, rtol=1e-6)
+
+
+def test_a_foot_that_is_almost_off_the_ground_still_counts():
+    """Of the front one 2 micrometres are on it, .25 m of the way being known."""
+    scene = on_ground_to(1.05, on_two_feet())
+    structure = structure_of(scene)
+    pose = Pose(np.array([np.eye(3)] * 2), np.array([[0, 0, 0], [0.25 - 2e-6, 0, 0]]))
+    found = overlap_points(structure, pairs_at_rest(scene, structure.interfaces), np.arange(1), pose, 0.0)
+    assert pair_points(scene, found, pose, 0.0)[:, 0, 0].max() == pytest.approx(1.05, abs=1e-9)
+
+
+L_BED = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)]
+C_BED = [(0, 0), (5, 0), (5, 4), (4, 4), (4, 1), (1, 1), (1, 4), (0, 4)]
+#: Slabs along the sides of notches, .8 m on the bed and .4 m beyond y = 1; half of .3 m below their centroids.
+BESIDE = {"one side": (L_BED, 3.0), "two sides": (C_BED, 4.0)}
+
+
+def beside(case, **options):
+    bed, end = BESIDE[case]
+    block = Block(upright(bed, 0.5).vertices - (0, 0, 0.5), upright(bed, 0.5).faces, "bed")
+    return assembly([block, box((1, 0.2, 0), (end, 1.4, 0.3), name="slab")], **options)
+
+
+@pytest.mark.parametrize("case", BESIDE)
+@pytest.mark.parametrize("off", [0.0, 1e-6, 2e-5, 1e-3])
+@pytest.mark.parametrize("turn", [0.0, 0.4, 1.1, 2.3])
+def test_an_edge_along_a_notch_bears_nothing_for_as_much_as_places_are_off(case, off, turn):
+    """The slab has slid by .3 m along the notch, and is turned in plan so that its sides are over those by `off`.
+
+    Motions are known to a ten thousandth of their way: 30 micrometres.
+    """
+    scene = beside(case)
+    structure = structure_of(scene)
+    middle = np.array([scene.centroid[1, 0], 1.0, 0.0])
+    about = Rotation.from_rotvec([0, 0, off / 0.7]).as_matrix()  # the end of a side, at y = 1.7, goes by `off`
+    place = middle + about @ (scene.centroid[1] + [0, 0.3, 0] - middle) - scene.centroid[1]
+    whole = Rotation.from_rotvec([turn, -turn, turn]).as_matrix()
+    scene = scene.with_(vertices=scene.vertices @ whole.T)
+    structure = structure_of(scene)
+    contacts = pairs_at_rest(scene, structure.interfaces)
+    pose = Pose(np.array([np.eye(3), whole @ about @ whole.T]), np.array([np.zeros(3), whole @ place]))
+    found = overlap_points(structure, contacts, np.arange(1), pose, 0.0)
+    reach = (pair_points(scene, found, pose, 0.0)[:, 0] @ whole)[:, 1].max()
+    assert reach == pytest.approx(1.7 if off > 3e-5 else 1.0, abs=3 * off + 1e-4)
+
+
+@pytest.mark.parametrize("bed", ["rectangle", "two sides"])
+@pytest.mark.parametrize("seed", [3, 5, 6, 10, 12])
+def test_a_slab_that_slides_over_the_end_of_its_bed_tips_there(bed, seed):
+    """Pushed at its centroid it slides at .3, until what it bears on is beyond y = 1: at u = .2 - .3 x .15.
+
+    Then it tips, and its centroid is over the edge of the bed at u = .2. The direction of its slip is known to what
+    solvers leave; what that adds up to on the way must not turn it.
+    """
+    whole = Rotation.random(random_state=seed).as_matrix()
+    plain = assembly([box((0, 0, -0.5), (3, 1, 0), name="bed"), box((1, 0.2, 0), (2, 1.4, 0.3), name="slab")])
+    scene = plain.with_(friction=0.3) if bed == "rectangle" else beside(bed, friction=0.3)
+    scene = scene.with_(vertices=scene.vertices @ whole.T, gravity=whole @ scene.gravity)
+    curve = capacity(scene, whole @ (0, 1, 0), control="slab", displacement=0.5, steps=8)
+    assert curve.lower[0] == pytest.approx(0.3, rel=1e-5)
+    assert curve.outcome.word == "zero"
+    assert [event.parameter for event in curve.events] == pytest.approx([0.155], abs=1e-3)
+    assert curve.displacement[-1] == pytest.approx(0.2, rel=1e-3)
+
+
+@pytest.mark.parametrize("notch", [1.0, 1.5])
+def test_the_shorter_bearing_is_that_of_what_lies_under_a_lintel(notch):
+    """It slides off its left wall after .3 m, .4 m being on the right one: a side of the wall reaches on beside it."""
+    wall = [(-0.5, 0), (0.3, 0), (0.3, notch), (2, notch), (2, 2), (-0.5, 2)]
+    blocks = [upright(wall, 2, name="left"), box((1.8, 0, 0), (2.7, 1, 2), name="right")]
+    scene = assembly([*blocks, box((0, 0, 2), (2.2, 1, 2.4), name="lintel")], supports=[0, 1], friction=0.6)
+    for turn in (0.0, 0.7):
+        whole = Rotation.from_rotvec([turn, -turn, 2 * turn]).as_matrix()
+        turned = scene.with_(vertices=scene.vertices @ whole.T, gravity=whole @ scene.gravity)
+        path = settle_to_collapse(turned, {"right": tuple(whole @ (1.0, 0, 0))}, displacement=0.5, steps=8)
+        assert path.collapse == pytest.approx(0.3, abs=1e-5)
 
 
 def test_a_joint_that_slides_keeps_the_friction_it_was_given():

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from blockstat import Assembly, assess, box, glued
+from blockstat import Assembly, BracketOutcome, Tie, acceleration, assess, box, friction_limit, glued, limit_load
 from blockstat.analysis.verdict import Outcome
 from evidence.pages.elements import ELEMENTS
+from evidence.scenes.small import prism
 
 
 def clamped(*more, n: int = 1, **options) -> Assembly:
@@ -67,3 +68,68 @@ def test_stones_between_vertical_joints_fall_freely(name, count):
     found = falling(asm)
     assert len(found) == count
     assert assess(asm).outcome is Outcome.STABLE
+
+
+def under_an_arm(**options) -> Assembly:
+    """A block with nothing beneath it between fixed stones, and a stone on a fixed bed whose arm lies on its top.
+
+    The arm's stone has its centre at (1/2 + 1/2 + 3/2) / 3 = 5/6 of its bed of width 1, and so stands by itself. Free
+    of forces the block falls away from the arm, and slides along all other stones.
+    """
+    arm = prism([(0, 1), (1, 1), (1, 2), (2, 2), (2, 3), (0, 3)], 1.0, name="arm")
+    blocks = [
+        box((0, 0, 0), (1, 1, 1), name="bed"), box((2, 0, 0), (3, 1, 2), name="right"),
+        box((1, 0, 0), (2, 1, 2), name="hung"), arm,
+    ]  # fmt: skip
+    return Assembly.from_blocks(blocks, supports=["bed", "right"], density=2000.0, **{"friction": 1.2, **options})
+
+
+def test_what_falls_freely_below_an_arm_is_not_stable_at_any_friction():
+    # A state in joints of one kind alone holds it by a wedge between the bed, the arm's stone and the right one.
+    asm = under_an_arm()
+    for mu in (0.7, 1.2, 2.0, 5.0, 7.5, 10.0):
+        assert falling(asm, friction=mu) == ["hung"]
+    verdict = assess(asm, flow="coulomb")
+    assert "but blocks fall freely from joints that nothing has pressed" in verdict.headline
+    assert "so none resists: hung." in verdict.explain()
+    alone = asm.with_(support=[True, True, True, False])
+    assert assess(alone, flow="coulomb").outcome is Outcome.STABLE
+
+
+def test_a_limit_of_what_falls_freely_is_none():
+    asm = under_an_arm()
+    assert assess(asm).outcome is Outcome.STABLE
+    none = friction_limit(asm, flow="coulomb")
+    assert none.outcome is BracketOutcome.NOT_FOUND
+    assert np.isnan([none.stands, none.falls, *np.ravel(none.kinds)]).all()
+    found = limit_load(asm, acceleration(asm, (1, 0, 0)), flow="coulomb")
+    assert found.coulomb == found.coulomb_least == (0.0, 0.0)
+
+
+def test_a_load_or_a_tie_elsewhere_does_not_hide_a_fall():
+    asm = under_an_arm()
+    load = np.zeros((4, 6))
+    load[3, 2] = -100.0
+    assert falling(asm, loads=load) == ["hung"]
+    load[2, 2] = -100.0
+    assert falling(asm, loads=load) == []
+    beside = [box((9, 0, 0), (10, 1, 1), name="fixed floor"), box((9, 0, 1), (10, 1, 2), name="post")]
+    more = clamped(*beside)
+    tied = more.with_(ties=[Tie(("fixed floor", "post"), ((9.5, 0.5, 0), (9.5, 0.5, 2)), 0.0, 9.0)])
+    assert falling(tied) == ["row.0"]
+
+
+def test_a_part_falls_where_another_is_what_the_others_lean_on():
+    # Two heavy blocks on slopes of 45 degrees lean on a light one, as in the tests of the reserve; another light block
+    # is clamped between upright stones beside them. Only the second falls while the others rest.
+    blocks = [
+        prism([(-3, -1), (0, -1), (0, 0), (-3, 3)], 1.0, name="left"),
+        prism([(0, -1), (3, -1), (3, 3), (0, 0)], 1.0, name="right"),
+        prism([(-0.25, 0.25), (-0.25, 2), (-2, 2)], 1.0, name="one", density=2500.0),
+        prism([(0.25, 0.25), (2, 2), (0.25, 2)], 1.0, name="other", density=2500.0),
+        prism([(-0.25, 1.2), (0.25, 1.2), (0.25, 1.6), (-0.25, 1.6)], 1.0, name="pinched", density=250.0),
+        box((3, 0, 5), (4, 1, 6), name="west"), box((4, 0, 5), (5, 1, 6), name="clamped"),
+        box((5, 0, 5), (6, 1, 6), name="east"),
+    ]  # fmt: skip
+    supports = ["left", "right", "west", "east"]
+    assert falling(Assembly.from_blocks(blocks, supports=supports, density=2000.0, friction=0.5)) == ["clamped"]

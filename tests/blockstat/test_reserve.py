@@ -168,6 +168,19 @@ def test_a_limit_that_rests_on_a_sliver_says_so_and_what_is_carried_without_it(s
     )
 
 
+@pytest.mark.parametrize("width", [2e-2, 9e-4, 1e-5])
+def test_a_cube_on_two_rails_of_one_block_slides_before_it_tips_however_narrow_they_are(width):
+    """Friction .7; it would tip at 1, half its width by half its height. Rails below a thousandth of it are slivers."""
+    foot = [(-1, -1), (2, -1), (2, -0.5), (1, -0.5), (1, 0), (1 - width, 0), (1 - width, -0.5)]
+    foot += [(width, -0.5), (width, 0), (0, 0), (0, -0.5), (-1, -0.5)]
+    rails = assembly([prism(foot, 1, name="rails"), box((0, 0, 0), (1, 1, 1), name="cube")], friction=0.7)
+    verdict = assess(rails)
+    assert verdict.outcome is Outcome.STABLE
+    told = ['"rails" to "cube"; without them it is not proven stable'] if width < SLIVER else []
+    assert [text.split("block: ")[1] for text in verdict.warnings] == told
+    assert limit_load(rails, (1, 0, 0)).lower == pytest.approx(0.7, rel=1e-4)
+
+
 def test_a_limit_that_rests_on_no_sliver_has_no_word_of_it():
     assert limit_load(on_a_lip(2e-3), (-1, 0, 0)).warnings == ()  # no sliver
     assert limit_load(on_a_lip(2e-6), (1, 0, 0)).warnings == ()  # not pushed against it
@@ -420,3 +433,26 @@ def test_an_interrupt_without_dilatancy_keeps_what_holds_at_edges_without_a_norm
     assert (found.lower, found.upper) == pytest.approx((0.6, 0.6), rel=1e-4)
     assert len(found.coulomb_kinds) == 1
     assert "Without dilatancy and self-stress: 0 to 0.6" in found.explain()
+
+
+def test_undecided_names_contacts_without_a_normal_as_its_reason():
+    # A beam that fits between two supports edge along edge: as a mortise it may jam, and no joint carries it.
+    blocks = [box((0, 0, 0), (1, 1, 1), name="l"), box((1, 0, 1), (3, 1, 2), name="b"), box((3, 0, 0), (4, 1, 1))]
+    verdict = assess(assembly(blocks, supports=[0, 2]))
+    assert verdict.outcome is Outcome.UNDECIDED
+    said = verdict.explain()
+    assert said.startswith("Undecided: the blocks touch where forces have no definite direction")
+    assert verdict.summary()["sentence"] == verdict.headline
+    assert "No joint holds: b." in said
+    assert not any(wrong in said for wrong in ("too close to the limit", "inf of the weight", "Nothing holds"))
+
+
+def test_a_joint_narrower_than_its_gap_asks_for_no_larger_tolerance():
+    # Faces that face each other over 0.2 mm, 0.5 mm apart: the tolerance is 10 mm, and none takes them.
+    blocks = [box((0, 0, 0), (1, 1, 1), name="floor"), box((0.9998, 0, 1.0005), (2, 1, 2), name="cube")]
+    asm = assembly(blocks, supports=["floor"])
+    (missed,) = find_interfaces(asm).dropped
+    assert (missed.reason, missed.value, missed.limit) == ("narrow", pytest.approx(5e-4), pytest.approx(2e-4))
+    (told,) = [text for text in assess(asm).warnings if "narrower" in text]
+    assert '"floor" to "cube", 0.2 mm wide and 0.5 mm open: no tolerance takes them' in told
+    assert find_interfaces(asm, gap=0.1).n_interfaces == 0

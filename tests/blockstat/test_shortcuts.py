@@ -39,6 +39,9 @@ def test_a_key_that_walls_lean_on_as_they_give_way_is_not_proven_to_fall():
     verdict = assess(key_between_leaning_walls(), flow="coulomb")
     assert verdict.outcome is Outcome.STABLE
     assert not len(verdict.falling)
+    # In rigid joints that nothing has pressed it falls.
+    assert verdict.headline.startswith("Stable in some joints only")
+    assert "free to fall else: key." in verdict.explain()
 
 
 def tied_pillar(**tie):

@@ -201,7 +201,10 @@ def test_loads_beside_the_weight_keep_blocks_from_falling_freely():
     walls = [box((-1, 0, 0), (0, 1, 4), name="left"), box((1, 0, 0), (2, 1, 4), name="right")]
     asm = assembly([*walls, box((0, 0, 2), (1, 1, 3), name="block")], supports=["left", "right"], friction=0.5)
     assert assess(asm, flow="coulomb").falling.tolist() == [2]
-    pressed = assess(asm, flow="coulomb", loads=np.zeros((3, 6)))
+    load = np.zeros((3, 6))
+    assert assess(asm, flow="coulomb", loads=load).falling.tolist() == [2]  # no load is none
+    load[2, 0] = 1.0
+    pressed = assess(asm, flow="coulomb", loads=load)
     assert pressed.falling.tolist() == []
     assert pressed.outcome is not Outcome.STABLE
 

@@ -10,15 +10,16 @@ from blockstat import Assembly, JointLaw, Tie, assess, find_interfaces
 from blockstat.loads import point_load
 from dynsim import DynamicOutcome, Pulse, Settings, Settlement, limit, simulate, verify
 from dynsim.bonds.glue import CohesivePreload, weakened
+from dynsim.comparison.causes import Cause
 from dynsim.comparison.compare import compare_one
 from dynsim.engine.world import World
 from dynsim.judge import static_reserve
 from dynsim.judge.criteria import rate
 from dynsim.judge.run import Contacts
-from dynsim.judge.static_reserve import OBLIQUE
+from dynsim.judge.static_reserve import OBLIQUE, WEDGED
 from dynsim.judge.verify import GLUE_TRIED, TOO_STRONG
 from dynsim.loads.loading import Constant
-from evidence.scenes.small import assembly, box
+from evidence.scenes.small import arch, assembly, box, prism
 
 GROUND = box((-10, -10, -1), (10, 10, 0), name="ground")
 EARTH = (0, 0, -9.81)
@@ -319,3 +320,35 @@ def test_the_rate_at_the_end_leaves_out_what_the_loads_carried():
     found = verify(asm, loads=[Settlement(0, (0, 0, -0.01), speed=0.02)])
     assert found.outcome is DynamicOutcome.STANDS
     assert found.rate < 1e-6
+
+
+def dovetail(pull, *, friction=0.5):
+    """A key that is 2 m wide at its foot and 1 m at its top in a groove of its shape, under gravity down and along."""
+    slot = [(-2, -1), (2, -1), (2, 1), (0.5, 1), (1, 0), (-1, 0), (-0.5, 1), (-2, 1)]
+    key = [(-1, 0), (1, 0), (0.5, 1), (-0.5, 1)]
+    blocks = [prism(slot, 1.0, name="slot"), prism(key, 1.0, name="key")]
+    return assembly(blocks, friction=friction, gravity=(0, pull, -9.81), supports=["slot"])
+
+
+def test_a_dovetail_that_nothing_presses_is_told_to_be_wedged():
+    """Its foot alone carries it, so it slides along the groove under a pull of more than friction times its weight."""
+    assert assess(dovetail(0.4 * 9.81), flow="coulomb").outcome.word == "stable"
+    scene = dovetail(2.0 * 9.81)
+    assert assess(scene, flow="coulomb").outcome.word == "stable_only_by_self_stress"
+    found = verify(scene)
+    assert found.outcome is DynamicOutcome.STANDS
+    assert found.wedged > 1
+    (text,) = [text for text in found.warnings if WEDGED in text]
+    assert 'the joint between "slot" and "key" carries' in text
+    assert found.summary()["wedged"] == found.wedged
+    assert compare_one(scene).cause == Cause.WEDGED.word
+
+
+def test_a_thrust_of_more_than_all_weight_is_that_of_a_flat_arch():
+    """An arch of 40 degrees leaves its springers at 20 degrees at most: each bears W / 2 / sin 20 = 1.46 W at least."""
+    scene = arch(5, 0.1, embrace=np.deg2rad(40), friction=0.7, gravity=EARTH)
+    found = verify(scene)
+    assert found.outcome is DynamicOutcome.STANDS
+    pressure = max(plane.pressure for plane in found.run.contacts.planes())
+    assert pressure > scene.free_weight
+    assert (found.wedged, found.warnings) == (0.0, ())

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.certificate_cache import Memory
-from blockstat.analysis.coulomb import FAMILY, CoulombState, coulomb_state
+from blockstat.analysis.coulomb import FAMILY, CoulombState, coulomb_state, state_in_every_kind
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
 from blockstat.analysis.reserve import (
@@ -38,6 +38,13 @@ if TYPE_CHECKING:
 
 FLOWS = ("associated", "coulomb")
 NONE = np.empty(0, dtype=np.int64)
+#: What leaves an answer undecided, other than the accuracy of the numbers.
+RIMS = "the blocks touch where forces have no definite direction, and these contacts may hold what falls without them"
+OVERLAPS = "blocks overlap too far to have a joint, and may hold each other there"
+CRUSHES = "contacts without area carry nothing, but the blocks would be driven into each other there"
+BALANCED = "nothing holds some blocks, and the loads on them balance"
+TIGHT = "without dilatancy and self-stress the blocks stand or fall with how tight the joints are"
+NO_STATE = "a force field exists, but whether one does without dilatancy and self-stress was not found out"
 #: Where all blocks are supports.
 NOTHING_TO_CHECK = Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -188,14 +195,7 @@ def judged(
         answer, checked = _solved(problem, problem.program, solver, memory, timings, score, guess)
         if flow == "coulomb" and problem.slips and outcome_of(checked.certificate) is Outcome.STABLE:
             with timed(timings, "coulomb"):
-                falling = falling_freely(problem) if loads is None else NONE
-                if not len(falling) or len(np.setdiff1d(problem.assembly.free, falling)):  # others may lean on them
-                    state = coulomb_state(problem.program, kinds=kinds, tightnesses=tightnesses, solver=_second(solver))
-                settles = state is not None and state.settles
-                if settles or (len(falling) and not _others_rest(problem, falling, solver)):
-                    falling = NONE
-                if len(falling):
-                    state = _of_falling(problem, problem.program, checked.force, falling)
+                state, falling = _settled(problem, problem.program, checked.force, loads, solver, kinds, tightnesses)
     timings["total"] = sum(timings.values())
     verdict = _verdict(problem, answer, checked, timings)
     if reserve and verdict.outcome is Outcome.STABLE and checked is not None:
@@ -213,24 +213,80 @@ def judged(
     return replace(_with_state(problem, verdict, state), falling=falling)
 
 
-def _others_rest(problem: Problem, falling: Ints, solver: str) -> bool:
-    """Whether the blocks that do not fall freely rest without those that do, and do not press on them."""
-    if not len(np.setdiff1d(problem.assembly.free, falling)):
-        return True
-    support = problem.assembly.support.copy()
-    support[falling] = True
-    apart = problem.interfaces.subset(np.flatnonzero(~np.isin(problem.interfaces.pair, falling).any(axis=1)))
-    as_posed: Any = {"friction": None, "gravity": None, "loads": None, "gap": problem.gap}
-    others = pose(problem.assembly.with_(support=support), interfaces=apart, **as_posed)
-    return judged(others, loads=None, solver=solver, flow="coulomb", reserve=False).outcome is Outcome.STABLE
+def _settled(
+    problem: Problem,
+    program: PenaltyProgram,
+    force: Floats,
+    loads: Loads | None,
+    solver: str,
+    kinds: Sequence[tuple[float, float]],
+    tightnesses: int,
+) -> tuple[CoulombState, Ints]:
+    """What is known of a Coulomb state, and the blocks of which it is proven that only self-stress holds them.
 
-
-def _of_falling(problem: Problem, program: PenaltyProgram, force: Floats, falling: Ints) -> CoulombState:
-    """What is known where blocks fall freely: only self-stress loads their points."""
+    Where blocks fall freely while the others rest without them, a state counts only if joints of every kind have one:
+    then the others press on them as their joints give way, whatever these are. A state in joints of one kind alone is a
+    thrust between blocks that have jammed, and its joints are as tight as it takes.
+    """
+    second = _second(solver)
+    falling = _falling_from_the_others(problem, loads, solver)
+    if not len(falling):
+        return coulomb_state(program, kinds=kinds, tightnesses=tightnesses, solver=second), NONE
+    if len(np.setdiff1d(problem.assembly.free, falling)):
+        state = state_in_every_kind(program, tightnesses=tightnesses, solver=second)
+        if state is not None:
+            return replace(state, clamped=falling), NONE
     joint: Any = np.isin(problem.interfaces.pair, falling).any(axis=1)
     points = np.zeros(len(force), dtype=bool)
     points[: program.n_points] = joint[problem.interfaces.point_interface[problem.eq.points]]
-    return CoulombState.of_falling(program, force, points)
+    return CoulombState.of_falling(program, force, points), falling
+
+
+def _falling_from_the_others(problem: Problem, loads: Loads | None, solver: str) -> Ints:
+    """Blocks that fall freely from joints that nothing has pressed while the others rest without them.
+
+    The largest set that may fall is tried first. Where the others move without it, those of its blocks that touch what
+    moves may be what holds it: they are left with the others, and so is what rests on them.
+    """
+    held, pair = NONE, problem.interfaces.pair
+    while len(falling := falling_freely(problem, loads, held)):
+        if not len(np.setdiff1d(problem.assembly.free, falling)):
+            return falling
+        support = problem.assembly.support.copy()
+        support[falling] = True
+        apart = problem.interfaces.subset(np.flatnonzero(~np.isin(pair, falling).any(axis=1)))
+        as_posed: Any = {"friction": None, "gravity": None, "loads": loads, "gap": problem.gap}
+        posed = pose(problem.assembly.with_(support=support), interfaces=apart, **as_posed)
+        others = judged(posed, loads=loads, solver=solver, flow="coulomb", reserve=False)
+        if others.outcome is Outcome.STABLE:
+            return falling
+        leaned = np.intersect1d(falling, pair[np.isin(pair, others.moving).any(axis=1)])
+        if others.outcome is not Outcome.UNSTABLE or not len(leaned):
+            break
+        held = np.union1d(held, leaned)
+    return NONE
+
+
+def falls_unloaded(problem: Problem, loads: Loads | None, solver: str) -> bool:
+    """Return whether blocks fall freely under the dead load, so that only self-stress holds the assembly.
+
+    Parameters
+    ----------
+    problem
+        The posed problem of an assembly that is statically stable.
+    loads
+        Those that it was posed with.
+    solver
+        As in `assess`.
+
+    Returns
+    -------
+    bool
+        Whether that is proven.
+    """
+    if problem.program is None or not problem.slips or not len(falling_freely(problem, loads)):
+        return False
+    return bool(len(judged(problem, loads=loads, solver=solver, flow="coulomb", reserve=False).falling))
 
 
 def _with_state(problem: Problem, verdict: Verdict, state: CoulombState | None) -> Verdict:
@@ -242,7 +298,8 @@ def _with_state(problem: Problem, verdict: Verdict, state: CoulombState | None) 
     held = np.unique(problem.interfaces.point_interface[points])
     if state.settles is not True:
         outcome = Outcome.STABLE_ONLY_BY_SELF_STRESS if state.settles is False else Outcome.UNDECIDED
-        return replace(verdict, outcome=outcome, coulomb=state, held=held)
+        because = TIGHT if state.unequal else NO_STATE
+        return replace(verdict, outcome=outcome, coulomb=state, held=held, because=because)
     return replace(
         verdict,
         coulomb=state,
@@ -302,7 +359,7 @@ def _second(solver: str) -> str:
 
 def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, timings: dict[str, float]) -> Verdict:
     """Back to SI units and to all blocks and points; blocks that nothing holds fall freely."""
-    outcome, certificate, score = Outcome.STABLE, NOTHING_TO_CHECK, 0.0
+    outcome, certificate, score, because = Outcome.STABLE, NOTHING_TO_CHECK, 0.0, ""
     force, adhesion, twist = np.empty((0, 3)), np.empty(0), np.empty(0)
     if answer is not None and checked is not None and problem.program is not None:
         certificate, outcome = checked.certificate, outcome_of(checked.certificate)
@@ -322,12 +379,13 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
             outcome, score, mechanism = Outcome.UNSTABLE, np.inf, falling
             certificate = replace(certificate, work=work, mechanism_violation=0.0, required_force=np.inf)
         elif outcome is Outcome.STABLE:
-            outcome = Outcome.UNDECIDED  # loads that happen to balance on nothing
+            outcome, because = Outcome.UNDECIDED, BALANCED
     blocked: list[str] = []
     if outcome is Outcome.UNSTABLE:
         motion = unit_motion(problem.assembly, mechanism)
         blocked = overlap_warnings(problem, motion)
-        outcome = Outcome.UNDECIDED if blocked or crushes(problem, motion) else outcome
+        if blocked or crushes(problem, motion):
+            outcome, because = Outcome.UNDECIDED, OVERLAPS if blocked else CRUSHES
     return Verdict(
         outcome=outcome,
         score=score,
@@ -343,6 +401,7 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
         warnings=(*problem.warnings, *blocked, *gap_warnings(problem, more_may_help=outcome is not Outcome.STABLE)),
         bonds=problem.to_bonds(force),
         ties=problem.to_ties(force),
+        because=because,
     )
 
 
@@ -350,4 +409,4 @@ def _beyond_doubt(verdict: Verdict, held: Verdict, warnings: list[str]) -> Verdi
     """Unstable where the blocks fall whatever contacts without a unique normal carry, undecided elsewhere."""
     if held.outcome is Outcome.UNSTABLE:
         return replace(verdict, mechanism=held.mechanism, certificate=held.certificate)
-    return replace(verdict, outcome=Outcome.UNDECIDED, warnings=(*verdict.warnings, *warnings))
+    return replace(verdict, outcome=Outcome.UNDECIDED, because=RIMS, warnings=(*verdict.warnings, *warnings))

@@ -12,9 +12,10 @@ distinct-element code. Each kind has its own state, if it has one, because frict
 a proof.
 
 That none is found proves nothing. The answer is "stable only by self-stress" when blocks fall freely from joints that
-nothing has pressed, which is a proof (`blockstat.certificate.falling`), or when slips grow without bound for every kind
-of joints and stiff joints of unequal openings have no state either; it is undecided otherwise. A block that only a
-thrust holds slips on by the same amount or more with each program.
+nothing has pressed, which is a proof (`blockstat.certificate.falling`) beside which only states in joints of every kind
+count, or when slips grow without bound for every kind of joints and stiff joints of unequal openings have no state
+either; it is undecided otherwise. A block that only a thrust holds slips on by the same amount or more with each
+program.
 """
 
 from __future__ import annotations
@@ -126,6 +127,8 @@ class CoulombState:
     unequal: bool = False  #: whether slips grow in equal joints, and stiff ones of unequal openings have a state
     #: share of random tightnesses of the joints at which a state is found (see `settling_share`); nan if not asked for
     tightness: float = float("nan")
+    #: blocks that would fall freely from joints that nothing has pressed, and that others clamp as joints give way
+    clamped: Ints = field(default_factory=lambda: NOWHERE)
 
     @classmethod
     def of_falling(cls, program: PenaltyProgram, force: Floats, points: np.ndarray) -> CoulombState:
@@ -193,7 +196,7 @@ class CoulombState:
     @property
     def hangs(self) -> bool:
         """Whether there is a state in some joints and none was found in others, as tight as they are."""
-        return bool(self._differs or self.unequal or (self.settles and self.opposed))
+        return bool(self._differs or self.unequal or (self.settles and (self.opposed or len(self.clamped))))
 
 
 def coulomb_state(
@@ -234,6 +237,29 @@ def coulomb_state(
     if not tightnesses:
         return state
     return replace(state, tightness=settling_share(program, tries=tightnesses, solver=solver))
+
+
+def state_in_every_kind(program: PenaltyProgram, *, tightnesses: int = 0, solver: str = "auto") -> CoulombState | None:
+    """Look for a Coulomb state in joints of every kind.
+
+    Parameters
+    ----------
+    program, tightnesses, solver
+        As in `coulomb_state`.
+
+    Returns
+    -------
+    CoulombState or None
+        That of the first kind, with the programs of all; None where joints of one kind have none.
+    """
+    found: list[CoulombState] = []
+    for kind in FAMILY:
+        found.append(coulomb_state(program, kinds=[kind], solver=solver))
+        if not found[-1].settles:
+            return None
+    share = settling_share(program, tries=tightnesses, solver=solver) if tightnesses else float("nan")
+    solves, changes = sum(own.solves for own in found), tuple(change for own in found for change in own.changes)
+    return replace(found[0], solves=solves, changes=changes, tightness=share)
 
 
 def _in_unequal_joints(program: PenaltyProgram, state: CoulombState, solver: str) -> CoulombState:
@@ -342,6 +368,7 @@ def multiplier_brackets(
     associated: float,
     *,
     most: float = np.inf,
+    falls: bool = False,
     solver: str = "auto",
     progress: Progress | None = None,
 ) -> tuple[tuple[tuple[float, float], ...], bool]:
@@ -357,6 +384,8 @@ def multiplier_brackets(
         The multiplier of limit analysis, above which there is none. Infinite where it finds no limit.
     most
         How many times as strong as the weight the load is at most, then. One that is carried so has no limit.
+    falls
+        Whether it is proven that only self-stress holds the dead load: then none is carried.
     solver
         One of `blockstat.solve.dispatch.CHOICES`.
     progress
@@ -370,6 +399,8 @@ def multiplier_brackets(
     stopped : bool
         Whether a KeyboardInterrupt has ended the last bracket early; kinds behind it have none.
     """
+    if falls:
+        return ((0.0, 0.0),) * len(FAMILY), False
     brackets = [(0.0, associated)]
     try:
         for number, kind in enumerate(FAMILY):

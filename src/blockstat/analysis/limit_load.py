@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.assess import FLOWS
+from blockstat.analysis.assess import FLOWS, falls_unloaded
 from blockstat.analysis.coulomb import multiplier_brackets
 from blockstat.analysis.decision import Bound, decide, narrowed, outcome_of, proven_bounds
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
 from blockstat.analysis.reserve import limit_warning
 from blockstat.analysis.rims import gap_warnings, judged_with_rims, overlap_warnings, rim_warnings
-from blockstat.analysis.verdict import Outcome, fastest_first, first_words, moving_joints, unit_motion
+from blockstat.analysis.verdict import Outcome, fastest_first, first_words, joint_counts, moving_joints, unit_motion
 from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, in_units, is_closed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, known_options
@@ -156,7 +156,7 @@ class LimitLoad(Result):
         elif self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED, LoadOutcome.UNBOUNDED):
             lines.append(DILATES)
         if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED):
-            counts = ", ".join(f"{len(pairs)} {kind}" for kind, pairs in self.joints().items())
+            counts = ", ".join(joint_counts(self.joints()))
             lines.append(f"Joints of the mechanism: {counts}.")
             lines += [first_words(self.assembly, self.moving)] if len(self.moving) else []
         if words := self.interfaces.contact_words:
@@ -323,7 +323,7 @@ def limit_load(
     found = replace(found, warnings=(*found.warnings, *thin))
     if flow == "coulomb" and outcome in (LoadOutcome.LIMIT, LoadOutcome.UNBOUNDED, LoadOutcome.STOPPED):
         with timed(timings, "coulomb"):
-            found = _without_dilatancy(problem, found, direction, solver=solver, progress=progress, most=UNBOUNDED)
+            found = _without_dilatancy(problem, found, direction, loads, solver=solver, progress=progress)
     timings["total"] = sum(timings.values())
     return found
 
@@ -333,19 +333,19 @@ def _carried(found: LimitLoad, flow: str) -> float:
     return found.coulomb_least[0] if found.coulomb_least else min(found.lower, np.inf if flow == "associated" else 0.0)
 
 
-def _without_dilatancy(problem: Problem, found: LimitLoad, load: Floats, **options: Any) -> LimitLoad:
+def _without_dilatancy(problem: Problem, found: LimitLoad, load: Floats, loads: Any, **options: Any) -> LimitLoad:
     """The bracket with those of each kind of joints, all of which are to carry a load without limit."""
-    stopped, outcome, kinds = found.outcome is LoadOutcome.STOPPED, found.outcome, ((found.lower, found.upper),)
-    if stopped or found.lower <= 0:
+    outcome, warnings, kinds = found.outcome, found.warnings, ((found.lower, found.upper),)
+    if (stopped := outcome is LoadOutcome.STOPPED) or found.lower <= 0:
         kinds = ((0.0, max(found.upper, 0.0)),)
     elif problem.program is not None and problem.slips:
+        options |= {"falls": falls_unloaded(problem, loads, options["solver"]), "most": UNBOUNDED}
         kinds, stopped = multiplier_brackets(problem.program, problem.scaled(load), found.lower, **options)
-    warnings: tuple[str, ...] = ()
     if stopped:
-        outcome, warnings = LoadOutcome.STOPPED, (INTERRUPTED,)
+        outcome, warnings = LoadOutcome.STOPPED, (*warnings, INTERRUPTED)
     elif outcome is LoadOutcome.UNBOUNDED and np.isfinite(min(kinds)[0]):
-        outcome, warnings = LoadOutcome.UNDECIDED, (JAMS,)
-    return replace(found, outcome=outcome, coulomb_kinds=kinds, warnings=(*found.warnings, *warnings))
+        outcome, warnings = LoadOutcome.UNDECIDED, (*warnings, JAMS)
+    return replace(found, outcome=outcome, coulomb_kinds=kinds, warnings=warnings)
 
 
 def _beyond_doubt(problem: Problem, found: LimitLoad, again: Callable[..., LimitLoad], tolerance: float) -> LimitLoad:

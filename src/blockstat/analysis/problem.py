@@ -491,7 +491,8 @@ def checked_loads(assembly: Assembly, loads: Loads | None) -> Floats:
     try:
         loads = np.asarray(loads, dtype=float)
     except (TypeError, ValueError):
-        raise InputError(f"loads must be numbers of shape ({assembly.n_blocks}, 6)") from None
+        text = f"loads must be numbers of shape ({assembly.n_blocks}, 6), as `loads` of a load case"
+        raise InputError(text) from None
     if loads.shape != (assembly.n_blocks, 6) or not np.isfinite(loads).all():
         raise InputError(f"loads have shape {loads.shape}; finite values of shape ({assembly.n_blocks}, 6) are needed")
     check_size(loads)

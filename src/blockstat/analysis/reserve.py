@@ -241,7 +241,7 @@ def _parts_of_narrow(interfaces: Interfaces, narrow: np.ndarray, least: Floats) 
     Patches are convex: a narrow arm of one that is not comes in pieces, of which the last at least is narrow.
     """
     patches = interfaces.patches
-    if patches is None:
+    if patches is None or not len(patches.pair):
         return {}
     n = int(max(interfaces.pair.max(), patches.pair.max())) + 1
     key, asked = interfaces.pair @ [n, 1], patches.pair @ [n, 1]
@@ -263,8 +263,8 @@ def _parts_of_pairs(interfaces: Interfaces, joints: np.ndarray) -> Parts:
 
 def _of_pairs(patches: Patches | None, pairs: Ints) -> tuple[Patches | None, Patches | None]:
     """The patches of some pairs of blocks, and the others."""
-    if patches is None:
-        return None, None
+    if patches is None or not len(patches.pair):
+        return patches, patches
     n = int(max(pairs.max(initial=0), patches.pair.max())) + 1
     own = np.isin(patches.pair @ [n, 1], pairs @ [n, 1])
     return patches.take(np.flatnonzero(own)), patches.take(np.flatnonzero(~own))
@@ -278,8 +278,8 @@ def _what_is_wide(points: Floats, parts: list[Floats], across: Floats, least: fl
     # Patches that touch are one, also where rounding has left a seam between them.
     room = WIDTH * least
     solid = [shapely.buffer(shapely.Polygon(own), room, join_style="mitre") for own in flat if len(own) > 2]
-    wide = [own for own in shapely.get_parts(opened(shapely.union_all(solid), least)) if own.geom_type == "Polygon"]
-    pieces = [piece for own in wide for piece in convex_pieces(own)]
+    wide = shapely.get_parts(opened(shapely.union_all(solid), least))
+    pieces = [piece for own in wide if own.geom_type == "Polygon" and own.area > 0 for piece in convex_pieces(own)]
     if not pieces:
         return _Narrow(np.ones(len(points), dtype=bool), np.empty((0, 3)), [])
     bare = [own for own in flat if len(own) == 1 or (len(own) == 2 and np.linalg.norm(own[1] - own[0]) >= least)]

@@ -15,11 +15,14 @@ from blockstat.contact.point_law import point_law
 from blockstat.contact.tolerance import LOOSE, beyond, gap_words, stated_length
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from blockstat.geometry.polyhedron import point_velocity
+from blockstat.loads import Loads, weighted
+from blockstat.program.ties import tied_pairs
 from blockstat.result import plain
 from blockstat.typing import Floats, Ints
 
 #: Speeds below this fraction of the fastest corner are rounding.
 SLOW = 1e-6
+NOWHERE = np.empty(0, dtype=np.int64)
 #: Programs that hold only what mechanisms have asked for; the next one holds all.
 ROUNDS = 4
 
@@ -47,18 +50,22 @@ def overlap_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     list of str
         One warning that names a pair, or none.
     """
-    assembly = problem.assembly
-    moves = np.abs(mechanism).max(axis=1) > 0
-    # A joint elsewhere does not help: where two blocks overlap, they have no joint that they ought to have.
-    pairs = overlaps(assembly, gap=problem.gap)[0] if problem.overlapping is None else problem.overlapping
-    hidden = [pair for pair in pairs.tolist() if moves[pair].any()]
-    if not hidden:
+    hidden = _overlapping(problem, mechanism)
+    if not len(hidden):
         return []
-    one, two = (assembly.names[i] for i in hidden[0])
+    one, two = (problem.assembly.names[i] for i in hidden[0])
     return [
         f'"{one}" and "{two}" overlap too far to have a joint ({len(hidden)} such pairs move), so instability is '
         "not proven"
     ]
+
+
+def _overlapping(problem: Problem, mechanism: Floats) -> Ints:
+    """The pairs of blocks that overlap too far to have a joint of which a mechanism moves one, shape (n, 2)."""
+    moves = np.abs(mechanism).max(axis=1) > 0
+    # A joint elsewhere does not help: where two blocks overlap, they have no joint that they ought to have.
+    pairs = overlaps(problem.assembly, gap=problem.gap)[0] if problem.overlapping is None else problem.overlapping
+    return pairs[moves[pairs].any(axis=1)]
 
 
 def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
@@ -121,32 +128,44 @@ def _resisting(problem: Problem, mechanism: Floats) -> Unresolved:
     return found.only(grazes & (closing < -SLOW))
 
 
-def falling_freely(problem: Problem) -> Ints:
-    """Return the blocks that fall freely from joints that nothing has pressed, if only the weight acts.
+def falling_freely(problem: Problem, loads: Loads | None = None, held: Ints = NOWHERE) -> Ints:
+    """Return the largest set of blocks that may fall freely from joints that nothing has pressed, by weight alone.
 
     Parameters
     ----------
     problem
-        The posed problem, without other loads.
+        The posed problem.
+    loads
+        Those that it was posed with.
+    held
+        Numbers of blocks that are left out.
 
     Returns
     -------
     Ints
-        Their numbers, ascending. Empty where a tie may hold them, or what has no joint may be in their way: an overlap,
-        edges and corners without a unique normal, crushed contacts, and joints with a gap beyond the tolerance.
+        Their numbers, ascending. Left out are blocks with a tie or with a load beside the weight, and those that have
+        in their way what has no joint: an overlap, edges and corners without a unique normal, and joints with a gap
+        beyond the tolerance. Empty where crushed contacts are in the way.
     """
     assembly, interfaces = problem.assembly, problem.interfaces
+    if not assembly.gravity.any():
+        return NOWHERE
     law = point_law(assembly, interfaces)
     tied = np.union1d(interfaces.point_interface[(law.floor > 0) | (law.shift > 0)], problem.bonds)
     down = assembly.gravity / np.linalg.norm(assembly.gravity)
-    blocks = falling_blocks(assembly.support, interfaces, down, tied)
-    if not len(blocks) or assembly.ties:
-        return blocks[:0]
-    motion = np.zeros((assembly.n_blocks, 6))
-    motion[blocks, :3] = down
-    near = np.array([(other.a, other.b) for other in interfaces.dropped], dtype=np.int64).reshape(-1, 2)
-    in_the_way = overlap_warnings(problem, motion) or rim_warnings(problem, motion) or crushes(problem, motion)
-    return blocks[:0] if in_the_way or np.isin(near, blocks).any() else blocks
+    beside = np.zeros((assembly.n_blocks, 6)) if loads is None else np.asarray(weighted(loads).beside)
+    near = np.array([(other.a, other.b) for other in interfaces.dropped], dtype=np.int64)
+    carried = assembly.support | beside.any(axis=1)
+    carried[np.concatenate([held, tied_pairs(assembly).ravel(), near.ravel()])] = True
+    while len(blocks := falling_blocks(carried, interfaces, down, tied)):
+        motion = np.zeros((assembly.n_blocks, 6))
+        motion[blocks, :3] = down
+        in_the_way = np.concatenate([_overlapping(problem, motion).ravel(), _resisting(problem, motion).pair.ravel()])
+        stopped = np.intersect1d(in_the_way, blocks)
+        if not len(stopped):
+            return blocks[:0] if crushes(problem, motion) else blocks
+        carried[stopped] = True
+    return NOWHERE
 
 
 def _slivers(problem: Problem, pairs: Ints) -> np.ndarray:
@@ -231,6 +250,15 @@ def gap_warnings(problem: Problem, *, more_may_help: bool) -> list[str]:
         found.append(
             f"near joints that were not taken: {len(near)} (gap tolerance {gap_words(gap)}), the closest "
             f'"{a}" to "{b}" with {beyond(least.value, least.limit)} m: a larger tolerance may change the answer'
+        )
+    narrow = [d for d in interfaces.dropped if d.reason == "narrow"]
+    if more_may_help and narrow:
+        least = min(narrow, key=lambda d: d.value / d.limit)
+        found.append(
+            f"joints that were not taken as they are narrower than their gap: {len(narrow)}, the widest for its gap "
+            f'"{assembly.names[least.a]}" to "{assembly.names[least.b]}", {plain(1e3 * least.limit, 2)} mm wide and '
+            f"{beyond(1e3 * least.value, 1e3 * least.limit)} mm open: no tolerance takes them, and faces that meet may "
+            "change the answer"
         )
     found += _within_warp(problem) if more_may_help else []
     loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)

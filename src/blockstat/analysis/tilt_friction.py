@@ -58,6 +58,14 @@ class BracketOutcome(Sentence):
     LIMIT = "Limit: the assembly stands on one side of the limit and not on the other."
     ALWAYS_STANDS = "Always stands: the assembly is stable in the whole range."
     NEVER_STANDS = "Never stands: the assembly is stable nowhere in the range."
+    CHANGE = (
+        "Change: a Coulomb state was found at one of two neighbouring values and none at the other. Without dilatancy "
+        "that says nothing of values that were not tried."
+    )
+    NOT_FOUND = (
+        "Not found: there is no proof that the assembly never stands, but where it should stand first no Coulomb state "
+        "was found."
+    )
     OPEN = "Open: the assembly stands at the value given; what it does beyond could not be proven."
     UNDECIDED = "Undecided: too close to the limit to prove either way, even where the assembly would stand first."
 
@@ -85,12 +93,21 @@ class Bracket(Result):
 
     @property
     def outcome(self) -> BracketOutcome:
-        """Whether there is a limit in the range; open where one side is known, undecided where neither is."""
+        """Whether there is a limit in the range; open where one side is known, undecided where neither is.
+
+        Without dilatancy an assembly may stand with less friction and fall with more, and values tried are all that is
+        known: there is a change in place of a limit.
+        """
+        sampled = self.flow == "coulomb"
+        if math.isnan(self.stands) and math.isnan(self.falls):
+            return BracketOutcome.NOT_FOUND if sampled else BracketOutcome.UNDECIDED
         if math.isnan(self.stands):
-            return BracketOutcome.UNDECIDED if math.isnan(self.falls) else BracketOutcome.NEVER_STANDS
+            return BracketOutcome.NEVER_STANDS
         if self.open:
             return BracketOutcome.OPEN
-        return BracketOutcome.ALWAYS_STANDS if math.isnan(self.falls) else BracketOutcome.LIMIT
+        if math.isnan(self.falls):
+            return BracketOutcome.ALWAYS_STANDS
+        return BracketOutcome.CHANGE if sampled else BracketOutcome.LIMIT
 
     def explain(self) -> str:
         """Return the answer in words, one fact a line.
@@ -108,7 +125,7 @@ class Bracket(Result):
         if not math.isnan(self.falls):
             lines.append(f"Not stable at a {self.parameter} of {self.falls:.9g}{unit}.")
         if self.kinds:
-            ends = ", ".join(f"{stands:.6g}" for stands, _ in self.kinds)
+            ends = ", ".join("none" if math.isnan(stands) else f"{stands:.6g}" for stands, _ in self.kinds)
             to = "up to" if self.parameter == "tilt" else "down to"
             lines.append(f"In stiff joints, elastic ones and both in one a Coulomb state is found {to} {ends}{unit}.")
         elif self.flow == "associated" and not math.isnan(self.stands):
@@ -301,8 +318,11 @@ def _proven(found: tuple[float, float], far: float, outcome: Outcome) -> tuple[f
 
 
 def _nowhere(first: Outcome, value: float) -> tuple[float, float]:
-    """The bracket of an assembly that does not stand at the value where it would stand first."""
-    return math.nan, math.nan if first is Outcome.UNDECIDED else value
+    """The bracket of an assembly that does not stand at the value where it would stand first.
+
+    Only a mechanism is a proof that it stands nowhere.
+    """
+    return math.nan, value if first is Outcome.UNSTABLE else math.nan
 
 
 def _close_in(
@@ -385,7 +405,8 @@ def friction_limit(
     -----
     More friction only adds admissible forces, so a bracket is closed in on exactly, by the scores of what falls and by
     bisection. With flow="coulomb" that is not a theorem. It bisects for each kind of joints (`Bracket.kinds`), and
-    "stands" is the least friction with a checked state.
+    "stands" is the least friction with a checked state; the outcome is a change or "not found" where no mechanism
+    proves more.
 
     Examples
     --------

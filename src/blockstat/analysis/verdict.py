@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,8 @@ HANGS = (
     "Stable in some joints only: without dilatancy and self-stress the blocks stand or fall with how tight the joints "
     "are. A fall is not excluded."
 )
+#: What is said in place of "no displacement was found" where blocks fall freely: in some joints there may be one.
+FALLS = "Stable only by self-stress: a force field exists, but blocks fall freely from joints that nothing has pressed."
 UNTRIED = "Other tightnesses of the joints were not tried (tightnesses=12)."
 #: What a plain "stable" leaves open.
 ASSOCIATED = 'Friction is associated and self-stress counts: real joints may carry less (see flow="coulomb").'
@@ -76,6 +79,7 @@ class Verdict(Result):
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
     ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
     worst: str = ""  #: the case of the imperfections that this verdict is of, the worst one, in words
+    because: str = ""  #: what leaves an answer undecided, in words; empty where it is the accuracy of the numbers
 
     @property
     def motion(self) -> Floats:
@@ -90,6 +94,10 @@ class Verdict(Result):
     @property
     def headline(self) -> str:
         """The sentence of the outcome, and what a Coulomb state leaves open: other joints may have none."""
+        if len(self.falling) and self.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS:
+            return FALLS
+        if self.outcome is Outcome.UNDECIDED and self.because:
+            return f"Undecided: {self.because}."
         if self.outcome is not Outcome.STABLE or self.coulomb is None:
             return self.outcome.value
         if self.coulomb.hangs:
@@ -153,36 +161,59 @@ class Verdict(Result):
             if self.flow == "associated":
                 lines.append(ASSOCIATED)
         else:
-            if self.score > 0:  # not where an earlier mechanism decided, and not where none is missing
-                lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")
+            lines += self._missing_words(limit)
+        lines += self._settling_words(limit)
+        if len(self.floating):
+            names = listed([self.assembly.names[i] for i in self.floating], limit)
+            lines.append(f"{'No joint' if self._by_contacts else 'Nothing'} holds: {names}.")
+        if words := self.interfaces.contact_words:
+            lines.append(f"Contacts: {words}.")
+        lines += [f"Warning: {text}" for text in self.warnings]
+        return "\n".join(lines)
+
+    @property
+    def _by_contacts(self) -> bool:
+        """Whether contacts that are no joints leave the answer undecided."""
+        return self.outcome is Outcome.UNDECIDED and bool(self.because) and self.coulomb is None
+
+    def _missing_words(self, limit: int) -> list[str]:
+        """What is known of blocks that no force field was found to balance, one fact a line."""
+        lines, proof, joints = [], self.certificate, self._by_contacts
+        if self.score > 0 and not (joints and np.isinf(self.score)):
+            # Not where an earlier mechanism decided, and not where none is missing.
+            lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")
+        if np.isfinite(proof.required_force):
+            lines.append(f"Any equilibrium would need {proof.required_force:.3g} times the weight in normal forces.")
+        elif joints:
+            lines.append("No normal forces of the joints, however large, balance the blocks.")
+        else:
+            lines.append("No normal forces at all, however large, balance the blocks.")
+        if self.outcome is Outcome.UNDECIDED and not joints:
             lines.append(
-                f"Any equilibrium would need {proof.required_force:.3g} times the weight in normal forces."
-                if np.isfinite(proof.required_force)
-                else "No normal forces at all, however large, balance the blocks."
+                f"Best force field: residual {proof.residual:.1e}, cones violated by {proof.cone_violation:.1e}."
             )
-            if self.outcome is Outcome.UNDECIDED:
-                lines.append(
-                    f"Best force field: residual {proof.residual:.1e}, cones violated by {proof.cone_violation:.1e}."
-                )
-            if len(self.moving):
-                lines.append(first_words(self.assembly, self.moving, limit=limit))
-                lines += motion_words(self.assembly, self.interfaces, self.mechanism, limit=limit)
+        if len(self.moving):
+            lines.append(first_words(self.assembly, self.moving, limit=limit))
+            lines += motion_words(self.assembly, self.interfaces, self.mechanism, limit=limit)
+        return lines
+
+    def _settling_words(self, limit: int) -> list[str]:
+        """What was found out about friction without dilatancy and self-stress, one fact a line."""
+        lines, names = [], self.assembly.names
         if self.coulomb is not None:
             lines.append(self.coulomb.explain())
         if len(self.held):
             pairs = self.interfaces.pair[self.held]
             blocks = len(np.unique(pairs[~self.assembly.support[pairs]]))
-            joints = listed([f"{self.assembly.names[a]}-{self.assembly.names[b]}" for a, b in pairs], limit)
+            joints = listed([f"{names[a]}-{names[b]}" for a, b in pairs], limit)
             lines.append(f"Held so: {blocks} of {len(self.assembly.free)} blocks, at the joints {joints}.")
+        if self.coulomb is not None and len(self.coulomb.clamped):
+            clamped = listed([names[i] for i in self.coulomb.clamped], limit)
+            lines.append(f"Held by others that press on them as joints give way, and free to fall else: {clamped}.")
         if len(self.falling):
-            names = listed([self.assembly.names[i] for i in self.falling], limit)
-            lines.append(f"Proof: none of their joints closes when they fall freely, so none resists: {names}.")
-        if len(self.floating):
-            lines.append(f"Nothing holds: {listed([self.assembly.names[i] for i in self.floating], limit)}.")
-        if words := self.interfaces.contact_words:
-            lines.append(f"Contacts: {words}.")
-        lines += [f"Warning: {text}" for text in self.warnings]
-        return "\n".join(lines)
+            falling = listed([names[i] for i in self.falling], limit)
+            lines.append(f"Proof: none of their joints closes when they fall freely, so none resists: {falling}.")
+        return lines
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON; an infinite score or force is None.
@@ -359,6 +390,30 @@ def moving_joints(
         kind = "sliding" if contact.all() and not still else "hinges" if contact.any() else "opening"
         found[kind].append((assembly.names[pair[0]], assembly.names[pair[1]]))
     return found
+
+
+def joint_counts(joints: Mapping[str, Sequence[tuple[str, str]]]) -> list[str]:
+    """Return how many joints of each kind move, in words.
+
+    Parameters
+    ----------
+    joints : mapping of str to sequence
+        As of `moving_joints`.
+
+    Returns
+    -------
+    list of str
+        One entry a kind.
+
+    Examples
+    --------
+    >>> from blockstat.analysis.verdict import joint_counts
+    >>> joint_counts({"hinges": [("pier", "slab")], "sliding": []})
+    ['1 hinge', '0 sliding']
+    """
+    return [
+        f"{len(pairs)} {'hinge' if (kind, len(pairs)) == ('hinges', 1) else kind}" for kind, pairs in joints.items()
+    ]
 
 
 def corner_speed(assembly: Assembly, twist: Floats) -> Floats:

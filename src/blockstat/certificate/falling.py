@@ -5,7 +5,7 @@ nothing moves. A contact of a block of F with another, normal n away from F, clo
 forces at all contacts of F satisfy the equations of motion, unilateral contact and Coulomb's law. So F falls, and no
 force that this motion makes resists it. Equilibrium needs a thrust that was there before, as of a block that is clamped
 between two others. Whether the others rest without F is another question, which `blockstat.analysis.assess` asks:
-others that lean on F press on it.
+others that lean on F press on it. A state in joints that give way may exist all the same, as others may clamp F then.
 
 The union of two such sets is one. The largest remains when all blocks are taken away that press on a support, on what
 presses on one, and so on. No program is solved, and friction plays no part.

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 
 from blockstat.cli.options import (
@@ -27,6 +28,7 @@ from blockstat.cli.options import (
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.progress import at_work
+from blockstat.contact.tolerance import ROUNDING
 from blockstat.errors import InputError, InputWarning
 
 if TYPE_CHECKING:
@@ -72,12 +74,12 @@ def chosen_case(
     Warns
     -----
     InputWarning
-        With a tilt, that the loads do not tilt; without a case, that the loads of the scene do not act.
+        With a tilt, that the loads do not tilt; of loads of the scene, which do not act.
     """
     if case is None:
         if loads is not None:
             raise InputError("--loads gives load cases; choose one by --case NAME")
-        doubt_loads(assembly.metadata.get("cases"), file)
+        doubt_loads(assembly.metadata, file)
         return None
     from blockstat.loading.cases import load_case
     from blockstat.spec.files import load_file, located
@@ -87,19 +89,20 @@ def chosen_case(
         found = load_case(upright(assembly, tilt), case, **tables, gap=gap)
     except InputError as error:
         raise located(loads or file, error) from None
+    _warn_of_no_case(tables or assembly.metadata, loads or file)
     _warn_of_tilt(tilt, found)
     return found if tilt is None else found.under_gravity_of(assembly)
 
 
-def doubt_loads(cases: Iterable[str] | None, file: Path, *, chosen: bool = True, listed: bool = False) -> None:
+def doubt_loads(tables: Mapping[str, Any], file: Path, *, chosen: bool = True, listed: bool = False) -> None:
     """Warn that the loads of a scene do not act, where no case of it is chosen.
 
     Parameters
     ----------
-    cases : iterable of str or None
-        Names of the load cases of the scene; none where there are none.
+    tables : mapping
+        With the loads and the load cases of the scene, where there are some.
     file : Path
-        The scene.
+        Where they are from.
     chosen : bool, optional
         Whether the command has the option `--case`.
     listed : bool, optional
@@ -108,12 +111,51 @@ def doubt_loads(cases: Iterable[str] | None, file: Path, *, chosen: bool = True,
     Warns
     -----
     InputWarning
-        With the names of the cases.
+        With the names of the cases, and of the loads that none has.
     """
-    if names := ", ".join(cases or ()):
+    if names := ", ".join(tables.get("cases", ())):
         why = f"without --case NAME, one of {names}" if chosen else f"here: this command takes no load case, as {names}"
         beside = "; the table of load cases alone has them" if listed else ""
         warnings.warn(f"{file}: no load of the scene acts {why}{beside}", InputWarning, stacklevel=3)
+    _warn_of_no_case(tables, file)
+
+
+def _warn_of_no_case(tables: Mapping[str, Any], file: Path) -> None:
+    """Say which loads can never act."""
+    # A scene that is yet to be built is checked then.
+    cases = [case for case in tables.get("cases", {}).values() if isinstance(case, Mapping)]
+    factors = [case[key] for case in cases for key in ("factors", "live") if isinstance(case.get(key), Mapping)]
+    if idle := ", ".join(name for name in tables.get("loads", ()) if not any(name in own for own in factors)):
+        text = f"{file}: these loads act in no load case: {idle}; a case names them in [cases.NAME]"
+        warnings.warn(text, InputWarning, stacklevel=4)
+
+
+def warn_of_no_mass(assembly: Assembly, case: LoadCase | None) -> None:
+    """Say that an acceleration does not push what a case adds to the weight.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    case : LoadCase or None
+        The loads that stay while an acceleration of the blocks grows.
+
+    Warns
+    -----
+    InputWarning
+        With the force that presses down without mass.
+    """
+    if case is None:
+        return
+    down = case.loads[assembly.free, :3] @ assembly.gravity / np.linalg.norm(assembly.gravity)
+    heavy = float(np.abs(assembly.mass[assembly.free]).sum() * np.linalg.norm(assembly.gravity))
+    pressing = float(down[down > 0].sum())
+    if pressing > ROUNDING * heavy:
+        text = (
+            f'case "{case.name}": its loads press down by {pressing:.6g} N and have no mass, so an acceleration of the '
+            "blocks does not push them; where they are weight, what grows must have their inertia, too"
+        )
+        warnings.warn(text, InputWarning, stacklevel=3)
 
 
 def _warn_of_tilt(tilt: str | None, *cases: LoadCase) -> None:
@@ -123,12 +165,12 @@ def _warn_of_tilt(tilt: str | None, *cases: LoadCase) -> None:
         warnings.warn(text, InputWarning, stacklevel=3)
 
 
-def placed_load_and_loads(load: str | None, case: LoadCase | None) -> tuple[Any, Any]:
+def placed_load_and_loads(assembly: Assembly, load: str | None, case: LoadCase | None) -> tuple[Any, Any]:
     """Return what grows and what stays as blocks move far, with the forces of a case at their points.
 
     Parameters
     ----------
-    load, case
+    assembly, load, case
         As in `load_and_loads`.
 
     Returns
@@ -141,17 +183,21 @@ def placed_load_and_loads(load: str | None, case: LoadCase | None) -> tuple[Any,
     InputError
         Where nothing would grow.
     """
-    growing, _ = load_and_loads(load, case)
+    growing, _ = load_and_loads(assembly, load, case)
     if case is None:
         return growing, None
     return (case.placed_live, case.placed_permanent) if load is None else (growing, case.placed_loads)
 
 
-def load_and_loads(load: str | None, case: LoadCase | None, *, weighted: bool = False) -> tuple[Any, Any]:
+def load_and_loads(
+    assembly: Assembly, load: str | None, case: LoadCase | None, *, weighted: bool = False
+) -> tuple[Any, Any]:
     """Return what grows and what stays in a limit analysis.
 
     Parameters
     ----------
+    assembly : Assembly
+        The blocks.
     load : str or None
         Value of `--load`, "AX,AY,AZ".
     case : LoadCase or None
@@ -168,8 +214,14 @@ def load_and_loads(load: str | None, case: LoadCase | None, *, weighted: bool = 
     ------
     InputError
         Where nothing would grow.
+
+    Warns
+    -----
+    InputWarning
+        With `--load`, that loads of the case press down without mass.
     """
     if load is not None:
+        warn_of_no_mass(assembly, case)
         acting = None if case is None else case.weighted_loads if weighted else case.loads
         return numbers(load, 3, "--load", "AX,AY,AZ"), acting
     if case is None:
@@ -281,7 +333,7 @@ def all_cases(
     Warns
     -----
     InputWarning
-        With a tilt, that the loads do not tilt.
+        With a tilt, that the loads do not tilt; of loads that no case has.
     """
     from blockstat.loading.cases import load_cases
     from blockstat.spec.files import load_file, located
@@ -291,6 +343,7 @@ def all_cases(
         found = load_cases(upright(assembly, tilt), **tables, gap=gap)
     except InputError as error:
         raise located(loads or file, error) from None
+    _warn_of_no_case(tables or assembly.metadata, loads or file)
     _warn_of_tilt(tilt, *found.values())
     return found if tilt is None else {name: case.under_gravity_of(assembly) for name, case in found.items()}
 

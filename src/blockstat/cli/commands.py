@@ -273,7 +273,7 @@ def limit(
         over_the_horizon(file, assembly, directions, acting, flow, tolerance, output, units, near, as_json)
         return
     acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
-    growing, permanent = load_and_loads(load, acting, weighted=True)
+    growing, permanent = load_and_loads(assembly, load, acting, weighted=True)
     allowed = imperfections_of(imperfection)
     with shown_progress(kept=allowed is None) as progress:
         result = limit_load(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -84,8 +85,7 @@ def capacity_command(
         typer.Option(
             metavar="BLOCK",
             help="Whose displacement along the load is measured: a block, a group, a point of a block as "
-            "BLOCK:X,Y,Z [m], or mean, weighted by the load. "
-            "By default the corner that moves most.",
+            "BLOCK:X,Y,Z [m], or mean, weighted by the load. By default the corner that moves most.",
         ),
     ] = None,
     case: Case = None,
@@ -114,7 +114,8 @@ def capacity_command(
     film = None if film is None else film_path(film)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
-    growing, permanent = placed_load_and_loads(load, chosen_case(assembly, file, case, loads, gap=near, tilt=tilt))
+    acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
+    growing, permanent = placed_load_and_loads(assembly, load, acting)
     with at_work("limit load") as say:
         found = capacity(
             assembly,
@@ -330,4 +331,6 @@ def _move(text: str) -> tuple[Any, list[float]]:
     if not colon or not where:
         raise InputError(f'--move is "{text}"; it must read {FORM}')
     moved = lengths(displacement, 3, "--move", FORM, given=text)
-    return (tuple(lengths(where, 6, "--move", FORM, given=text)) if "," in where else where), moved
+    # Six lengths are a box, and what begins with no number is a name, which may have commas.
+    box = "," in where and re.match(r"\s*[-+.]?\d", where)
+    return (tuple(lengths(where, 6, "--move", FORM, given=text)) if box else where), moved

@@ -139,7 +139,7 @@ def plot_command(
     read: dict[str, Any] = {"supports": supports, "units": units, "up": up, "stands": not plain}
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, **read)
     near = gap_of(gap)
-    doubt_loads(() if plain else assembly.metadata.get("cases"), file, chosen=False)
+    doubt_loads({} if plain else assembly.metadata, file, chosen=False)
     if plain:
         plot(assembly, output, title=assembly.name, **look)
     elif stone and direction is not None:

@@ -124,7 +124,7 @@ def sequence(
 
     _refuse_unheeded(context)
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
-    doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
+    doubt_loads(assembly.metadata, file, chosen=False)
     options: dict[str, Any] = {"gap": gap_of(gap), "flow": flow}
     searched: dict[str, Any] = {"held_at_most": held_at_most, "seconds": seconds, "insertion": insertion}
     head = {"file": str(file)}

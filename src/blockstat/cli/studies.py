@@ -18,6 +18,7 @@ from blockstat.cli.cases import (
     chosen_case,
     doubt_loads,
     load_and_loads,
+    warn_of_no_mass,
 )
 from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc, Topography, code_options
 from blockstat.cli.options import (
@@ -101,6 +102,7 @@ def over_the_horizon(
     from blockstat.studies.directions import limit_load_by_direction
     from blockstat.view.polar import plot_directions
 
+    warn_of_no_mass(assembly, acting)
     with at_work("limit loads over the horizon") as say:
 
         def progress(done: int, name: str, found: LimitLoad) -> None:
@@ -321,10 +323,11 @@ def write_report(
     near = GAP if gap is None else gap
     cases = all_cases(assembly, file, loads, gap=near, tilt=tilt)
     if case is None:
-        doubt_loads(cases, loads or file, listed=True)
+        doubt_loads({"cases": {name: {} for name in cases}}, loads or file, listed=True)
     elif case not in cases:
         chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)  # which names those that there are
     chosen = None if case is None else cases[case]
+    warn_of_no_mass(assembly, chosen)
     with at_work("load cases") as say:
         rows = list(case_answers(assembly, cases, gap=near))
         answers = tuple(
@@ -373,7 +376,7 @@ def prove_command(
     chosen = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     growing, permanent = None, None if chosen is None else chosen.loads
     if load is not None or limit:
-        growing, permanent = load_and_loads(load, chosen)
+        growing, permanent = load_and_loads(assembly, load, chosen)
     with at_work(f"proving {assembly.n_blocks:,} blocks"):
         proof = prove(assembly, growing, loads=permanent, gap=near)
     proof.write(output)

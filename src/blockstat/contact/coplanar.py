@@ -110,7 +110,7 @@ class Patches:
         )
 
     def __iter__(self) -> Iterator[Patch]:
-        polygons = np.split(self.corner, np.cumsum(self.count)[:-1])
+        polygons = np.split(self.corner, np.cumsum(self.count))[:-1]
         numbers = self.area.tolist(), self.gap.tolist()
         rows = zip(self.pair, self.frame, self.origin, *numbers, polygons, self.overlap.tolist(), strict=True)
         return (Patch(*row) for row in rows)

@@ -381,18 +381,41 @@ def joined_convex(pieces: list[Floats]) -> list[Floats]:
 
     left = [hull for piece in pieces if (hull := shapely.MultiPoint(piece).convex_hull).geom_type == "Polygon"]
     found: list[Any] = []
+    boxes, centre, size = np.full((len(left), 4), np.nan), np.zeros((len(left), 2)), np.zeros(len(left))
+    extent = np.ptp(shapely.total_bounds(left).reshape(2, 2), axis=0).max(initial=0.0) if left else 0.0
+    rounding = 8 * np.finfo(float).eps * extent**2
     while left:
         new = left.pop()
-        for i, old in enumerate(found):
-            near = shapely.dwithin(new, old, SEAM * new.length)
-            hull = shapely.geometrycollections([new, old]).convex_hull if near else None  # a union may lose slivers
-            if hull is not None and hull.area <= (1 + SEAM) * (new.area + old.area):
+        near, area = SEAM * new.length, new.area
+        west, south, east, north = np.array(new.bounds) + 2 * near * np.array([-1, -1, 1, 1])
+        meet = (boxes[:, 0] <= east) & (boxes[:, 1] <= north) & (boxes[:, 2] >= west) & (boxes[:, 3] >= south)
+        meet = np.flatnonzero(meet)
+        most = (1 + 2 * SEAM) * (area + size[meet]) + rounding
+        for i in meet[area + _growth(new, centre[meet]) <= most].tolist():
+            old = found[i]
+            if not shapely.dwithin(new, old, near):
+                continue
+            hull = shapely.geometrycollections([new, old]).convex_hull  # a union may lose slivers
+            if hull.area <= (1 + SEAM) * (area + old.area):
                 left.append(hull)
-                del found[i]
+                boxes[i] = np.nan  # it is part of another one
                 break
         else:
+            i = len(found)
+            boxes[i], centre[i], size[i] = new.bounds, shapely.get_coordinates(new)[:-1].mean(axis=0), area
             found.append(new)
-    return [_ring(piece) for piece in found]
+    return [_ring(piece) for piece, box in zip(found, boxes, strict=False) if not np.isnan(box[0])]
+
+
+def _growth(polygon: Any, points: Floats) -> Floats:
+    """By how much the area of a convex polygon grows when its hull takes in each of some points [m2]."""
+    import shapely
+
+    corners = shapely.get_coordinates(polygon)
+    x, y = (corners - points[:, None]).transpose(2, 0, 1)
+    # Of the triangles of a point with the sides, those beyond the polygon count with the other sign.
+    twice = x[:, :-1] * y[:, 1:] - x[:, 1:] * y[:, :-1]
+    return (np.abs(twice).sum(axis=1) - np.abs(twice.sum(axis=1))) / 4
 
 
 def outline_hull(points: Floats) -> Floats:

@@ -42,9 +42,8 @@ if TYPE_CHECKING:
 
 WIDTH = 1e-6  #: a patch narrower than this, relative to the smaller block, is two blocks meeting at an edge
 SPAN = 1e-9  #: corners closer than this to a line of their neighbours say nothing new (rounding of coordinates)
-ANGLE = np.deg2rad(
-    15.0
-)  #: faces further from opposed than this are never one joint; nearer ones are judged by their gap
+#: Faces further from opposed than this are never one joint; nearer ones are judged by their gap.
+ANGLE = np.deg2rad(15.0)
 NEAR_MISS = 5.0  #: gaps up to this many tolerances are reported as dropped
 
 
@@ -54,8 +53,9 @@ class Dropped:
 
     a: int
     b: int
-    #: "gap", "sliver", "between" for faces that a block in their gap holds apart, or "overlap" for faces that meet no
-    #: higher than a bed beside them overlaps
+    #: "gap", "narrow" for a patch that is narrower than its gap, which no tolerance takes, "sliver", "between" for
+    #: faces that a block in their gap holds apart, or "overlap" for faces that meet no higher than a bed beside them
+    #: overlaps
     reason: str
     value: float  #: the gap or the width [m]
     limit: float  #: what would have been accepted [m]
@@ -379,7 +379,7 @@ def _gaps(
 def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs: Ints) -> Interfaces:
     """Judge the patches, merge those of one plane, and list their corner points."""
     slivers: list[Dropped] = []
-    kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 4)]
+    kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 5)]
     corners, counts = [np.empty((0, 2))], [np.empty(0, int)]
     filling: dict[int, list[Floats]] = {}
     for p in batches:
@@ -404,14 +404,15 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs:
         for i in np.flatnonzero(np.isin(rows, list(p.filling))):
             filling[before + int(i)] = p.filling[int(rows[i])]
             area[rows[i]] = sum(clip.area(piece[None], np.array([len(piece)]))[0] for piece in p.filling[int(rows[i])])
-        numbers = area[rows], gaps[rows], p.overlap[rows], limit[rows] + p.rough[rows]
+        rough = p.rough[rows]
+        numbers = area[rows], gaps[rows], p.overlap[rows], limit[rows] + rough, width[rows] + rough
         kept.append((p.pair[rows], p.frame[rows], p.origin[rows], *numbers))
         corners.append(p.polygon[rows][mask])
         counts.append(mask.sum(axis=1))
-    pair, frame, origin, area, gaps, overlap, limit = (np.concatenate(column) for column in zip(*kept, strict=True))
+    pair, frame, origin, area, gaps, overlap, limit, width = (np.concatenate(own) for own in zip(*kept, strict=True))
     found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts), overlap)
     tolerances = Tolerances(allowed, WIDTH, float(np.sin(ANGLE)))
-    joints, held, dropped = _without_blocks_between(assembly, found, limit, tolerances)
+    joints, held, dropped = _without_blocks_between(assembly, found, limit, width, tolerances)
     single = found.take(joints)
     merged = merge_coplanar(single, allowed)
     parts = _filled(single, {i: filling[k] for i, k in enumerate(joints.tolist()) if k in filling})
@@ -441,15 +442,16 @@ def _filled(patches: Patches, filling: dict[int, list[Floats]]) -> Patches:
 
 
 def _without_blocks_between(
-    assembly: Assembly, found: Patches, limit: Floats, tolerances: Tolerances
+    assembly: Assembly, found: Patches, limit: Floats, width: Floats, tolerances: Tolerances
 ) -> tuple[Ints, Patches, list[Dropped]]:
     """Numbers of the joints that no other block holds open, those held open, and all patches that are none."""
     close = found.gap <= limit
     held = held_apart(assembly, found.take(np.flatnonzero(close)), found, ANGLE)
     rest = np.flatnonzero(close & ~held)
     keys = rest[keys_of_overlap(assembly, found.take(rest), tolerances)]
+    reason = np.select([held, close, found.gap > width], ["between", "overlap", "narrow"], "gap")
     dropped = [
-        Dropped(a, b, "between" if held[i] else "overlap" if close[i] else "gap", float(found.gap[i]), float(limit[i]))
+        Dropped(a, b, str(reason[i]), float(found.gap[i]), float(limit[i]))
         for i in np.union1d(np.flatnonzero(held == close), keys).tolist()
         for a, b in found.pair[[i]].tolist()
     ]

@@ -12,8 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from blockstat.contact.faces import outline_hull
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
 from blockstat.large_displacement.displaced.pose import Pose, free_sizes
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.state_solver import StateSolver
@@ -119,15 +121,30 @@ def _same_value(linkage: Linkage, joints: Ints) -> float:
 
 
 def _bearing(linkage: Linkage, joint: int, motion: Floats) -> float:
-    """How far a joint slides along its slip at rest before its faces leave each other [m]."""
+    """How far a joint slides along its slip at rest before its faces leave each other [m].
+
+    What lies beside the other face, or touches it edge along edge, never bears on it.
+    """
+    import shapely
+
     contacts, assembly = linkage.contacts, linkage.assembly
     own = contacts.select(np.flatnonzero(contacts.joint == joint))
     sides = [point_velocity(assembly, motion, own.pair[:, k], own.anchor[:, k]) + own.drive[:, k] for k in (0, 1)]
     slip = (sides[1] - sides[0]).mean(axis=0)
     along = slip / max(float(np.linalg.norm(slip)), 1e-300)
     _, corner = linkage.structure.outlines.of(np.array([joint]))
-    place = corner @ along  # (polygons, sides, corners)
-    return float(place[:, 0].max() - place[:, 1].min())
+    across = np.cross(linkage.structure.interfaces.frame[joint, 0], along)
+    place = corner @ np.stack([along, across], axis=1)  # (polygons, sides, corners, 2)
+    touch, bearing = CORNER_TOLERANCE * float(free_sizes(assembly).max()), 0.0
+    for one, two in place:
+        # A point of two meets a point of one after a slip that is the difference of their places.
+        slips = (one[:, None] - two).reshape(-1, 2)
+        (low, left), (high, right) = slips.min(axis=0), slips.max(axis=0)
+        line = shapely.LineString([(low, 0.0), (high, 0.0)])
+        far = float(shapely.intersection(shapely.Polygon(outline_hull(slips)), line).bounds[2])
+        if min(-left, right) > touch + STICKING_SPEED * far:
+            bearing = max(bearing, far)
+    return bearing
 
 
 def _told(linkage: Linkage, joints: Ints, joint: int) -> str:

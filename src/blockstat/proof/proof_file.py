@@ -210,7 +210,8 @@ def prove_verdict(verdict: Verdict, *, loads: Loads | None = None, problem: Prob
     if verdict.outcome is Outcome.UNSTABLE:
         motion, power = driven_motion(problem, found, verdict.mechanism)
         if not power.drives(BOUND):
-            raise InputError(f'"{problem.assembly.name}" falls by less than rounding: there is no exact proof')
+            asked = "" if loads is not None else " under its weight alone; give the loads that it was asked with"
+            raise InputError(f'"{problem.assembly.name}" falls by less than rounding{asked}: there is no exact proof')
         return _file(ProofOutcome.UNSTABLE, found, _told(motion, power))
     force = _forces(problem, found, verdict.forces, None, 0.0)
     if force is None:

@@ -23,9 +23,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.assembly import block_indices
-from blockstat.contact.faces import frames
+from blockstat.contact.faces import REGROWTH, flatness, frames, opened, outline_hull
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, check_positive, known_options
+from blockstat.geometry.clipping import corners as spanning
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.result import Result, plain
 from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, held_by_props
@@ -37,10 +38,8 @@ if TYPE_CHECKING:
 
 #: Joints that open by less than this share of the lowering are closed: the accuracy of the program.
 CLOSED = 1e-4
-#: Faces whose normal points down by less than this are upright: no board lies under them.
-UPRIGHT = 1e-9
-#: Faces within this fraction of a block's size of the plane of a joint are in it, and what joints leave free of a face
-#: is nothing below this fraction of it.
+#: Faces within this fraction of a block's size of the plane of a joint are in it, what joints leave free of a face is
+#: nothing below this fraction of it, and where it is narrower than this fraction of the block's size no board fits.
 IN_PLANE = 1e-3
 #: Faces that look down equally, to rounding.
 AS_STEEP = 1e-6
@@ -158,24 +157,44 @@ def centring(
     side, numbers = np.argsort(joints.pair, axis=None, kind="stable"), np.arange(assembly.n_blocks + 1)
     first_joint = np.searchsorted(joints.pair.ravel()[side], numbers).tolist()
     first_face = np.searchsorted(assembly.face_block, numbers).tolist()
+    looks_down = _looks_down(assembly)
     found = []
     for block in chosen[there[chosen]].tolist():
         faces = np.arange(first_face[block], first_face[block + 1])
+        low = faces[looks_down[faces]]
         every = side[first_joint[block] : first_joint[block + 1]] // 2  # a joint has two sides
-        for face, corners in _soffits(assembly, joints, faces, every, every[stands[every]]):
+        for face, corners in _soffits(assembly, joints, faces, low, every, every[stands[every]]):
             push = tuple((-assembly.planes.normal[face]).tolist())
             found += [Prop(assembly.names[block], tuple(corner), push) for corner in corners.tolist()]
     return found
 
 
-def _soffits(assembly: Assembly, joints: Interfaces, faces: Ints, every: Ints, own: Ints) -> list[tuple[int, Floats]]:
+def _upward(assembly: Assembly) -> Floats:
+    """The unit vector against gravity."""
+    return -assembly.gravity / np.linalg.norm(assembly.gravity)
+
+
+def _looks_down(assembly: Assembly) -> np.ndarray:
+    """Which faces overhang by more than their corners may be off; others are upright, and no board lies under them."""
+    corners = assembly.vertices[assembly.face_vertices]
+    first = assembly.face_start[:-1]
+    extent = np.maximum.reduceat(corners, first) - np.minimum.reduceat(corners, first)
+    plan = -(assembly.planes.normal @ _upward(assembly)) * assembly.planes.area
+    # In plan a face is at least as wide as its area there over its length.
+    return plan > flatness(assembly, GAP)[assembly.face_block] * np.linalg.norm(extent, axis=1)
+
+
+def _soffits(
+    assembly: Assembly, joints: Interfaces, faces: Ints, low: Ints, every: Ints, own: Ints
+) -> list[tuple[int, Floats]]:
     """Those of the faces of a block that boards carry, each with the corners of what its own joints leave free of it.
 
-    Every joint of the block, those with blocks that are not there too, tells which of its faces are beds.
+    The faces that look down are given as well. Every joint of the block, those with blocks that are not there too,
+    tells which of its faces are beds.
     """
-    normal, up = assembly.planes.normal, -assembly.gravity / np.linalg.norm(assembly.gravity)
+    normal, up = assembly.planes.normal, _upward(assembly)
     slope = dict(zip(faces.tolist(), (-normal[faces] @ up).tolist(), strict=True))
-    room = {face: _free(assembly, joints, own, face) for face in faces.tolist() if slope[face] > UPRIGHT}
+    room = {face: _free(assembly, joints, own, face) for face in low.tolist()}
     room = {face: part for face, part in room.items() if part[0] > 0}
     if not room:
         return []
@@ -212,14 +231,22 @@ def _free(assembly: Assembly, joints: Interfaces, own: Ints, face: int) -> tuple
     axes = frames(normal[None])[0, 1:]
     corners = assembly.vertices[_corners(assembly, face)]
     free = shapely.make_valid(shapely.Polygon((corners - centre) @ axes.T))  # warped corners may cross
-    least = IN_PLANE * free.area
-    for joint in _in_face(assembly, joints, own, face):
-        points = joints.point[joints.start[joint] : joints.start[joint + 1]]
-        free = free.difference(shapely.MultiPoint((points - centre) @ axes.T).convex_hull)
-    parts = shapely.MultiPolygon([part for part in shapely.get_parts(free) if part.area > least])
+    least, width = IN_PLANE * free.area, IN_PLANE * float(assembly.size[block])
+    covers = _in_face(assembly, joints, own, face)
+    for joint in covers.tolist():
+        whole = joints.point[joints.start[joint] : joints.start[joint + 1]]
+        for points in joints.parts.get(joint, [whole]):
+            free = free.difference(shapely.MultiPoint((points - centre) @ axes.T).convex_hull)
+    parts = [part for part in shapely.get_parts(shapely.get_parts(free)) if part.area > least]
+    if len(covers):  # rounding leaves strips along the edges that a joint shares with the face
+        wide = opened(shapely.MultiPolygon(parts), width)
+        parts = [part for part in shapely.get_parts(wide) if part.area > least]
+    parts = shapely.MultiPolygon(parts)
     if parts.is_empty:
         return 0.0, np.empty((0, 3))
-    hull = shapely.get_coordinates(parts.convex_hull)[:-1]
+    hull = outline_hull(shapely.get_coordinates(parts))
+    if len(covers):  # a strip that is cut off leaves a stub
+        hull = hull[spanning(hull[None], np.array([len(hull)]), np.array([REGROWTH * width]))[0]]
     low, high = (bound[block] for bound in assembly.bounds)
     return parts.area, np.clip(centre + hull @ axes, low, high)  # those of a warped face may be beyond its box
 

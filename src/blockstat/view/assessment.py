@@ -15,7 +15,7 @@ import numpy as np
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.limit_load import DILATES, LimitLoad, LoadOutcome
-from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.analysis.verdict import Outcome, Verdict, joint_counts
 from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import check_choice, known_options
@@ -419,7 +419,7 @@ def _horizon(found: Assessment) -> str:
 
 
 def _first(limit: LimitLoad) -> str:
-    return ", ".join(f"{len(pairs)} {kind}" for kind, pairs in limit.joints().items() if pairs) or "-"
+    return ", ".join(joint_counts({kind: pairs for kind, pairs in limit.joints().items() if pairs})) or "-"
 
 
 def _pictures(found: Assessment) -> str:

@@ -119,7 +119,7 @@ def verify(
         for acts in loads:
             doubt_movement(assembly, "--settle", [acts.travel])
         if case is None and loads_file is None:
-            doubt_loads(assembly.metadata.get("cases"), file)
+            doubt_loads(assembly.metadata, file)
         return with_glue(assembly, glue)
 
     settings, near = (
@@ -223,7 +223,7 @@ def shake(
 
     motion, near = ground_of(record, pulse, ramp, direction, scale), gap_of(gap)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
+    doubt_loads(assembly.metadata, file, chosen=False)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     actions = stiffness_of(inertia_scale, angular_stiffness)
     evaluate = partial(run, settings=settings, loads=[motion], actions=actions, gap=near)
@@ -263,7 +263,9 @@ def limit(
 
     near = gap_of(gap)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    growing, permanent = load_and_loads(direction, chosen_case(assembly, file, case, loads_file, gap=near, tilt=tilt))
+    growing, permanent = load_and_loads(
+        assembly, direction, chosen_case(assembly, file, case, loads_file, gap=near, tilt=tilt)
+    )
     settings = Settings.named(preset, roof_threshold=threshold, brick_threshold=threshold)
     with at_work("static limit") as say:
         found = run(
@@ -303,7 +305,7 @@ def compare(
 
     def read(file: Path) -> Assembly:
         assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-        doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
+        doubt_loads(assembly.metadata, file, chosen=False)
         return assembly
 
     evaluate = partial(compare_one, engines=check_engines(engines.split(",")), gap=gap_of(gap))

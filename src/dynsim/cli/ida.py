@@ -95,7 +95,7 @@ def ida(
         fresh_figure(plot)  # before the runs, to say at once that it cannot be written
     near, motions = gap_of(gap), _named(record, direction, scale)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    doubt_loads(assembly.metadata.get("cases"), file, chosen=False)
+    doubt_loads(assembly.metadata, file, chosen=False)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     with at_work(f"{len(motions)} records, {assembly.n_blocks:,} blocks") as say:
         found = incremental(

@@ -64,7 +64,7 @@ def optimise(
     directory = output or Path("out") / building.name
     names = only.split(",") if only else None
     space_of(building, names)
-    doubt_loads(building.cases, scene, chosen=False)
+    doubt_loads({"loads": building.loads, "cases": building.cases}, scene, chosen=False)
     directory.mkdir(parents=True, exist_ok=True)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     conditions = {"friction": friction, "gravity": gravity, "tilt": tilt, "gap": gap}

@@ -48,6 +48,7 @@ class Cause(Sentence):
         "Bullet's friction is too large in a joint: it is bounded in two directions at right angles, and the stand "
         "needs more than Coulomb's law gives"
     )
+    WEDGED = "Bullet wedges the blocks: joints that no load presses are pressed by what shapes are rounded to"
     HELD = "it rests in a finer run too, on friction that statics without self-stress do not count on"
     CREEPS = "it creeps in Bullet: neither a stand nor a fall"
     UNDECIDED = "statics do not decide"
@@ -220,6 +221,8 @@ def _why_it_stood(
     assembly = static.assembly
     if dynamic.friction_excess:
         return Cause.FRICTION
+    if dynamic.wedged:
+        return Cause.WEDGED
     if closely and _in_finer_steps(static, settings).outcome is DynamicOutcome.FALLS:
         return Cause.COARSE_STAND
     if closely and static.outcome is Outcome.STABLE:

@@ -5,12 +5,16 @@ that is up to sqrt(2) times Coulomb friction. So a run may stand on forces that 
 of a joint. Others within it may hold the blocks as well, as in most walls: statics can tell. The resultant on a plane
 between two blocks cannot leave the cone if the force at each point is in its own, so it tells where statics cannot be
 asked.
+
+Blocks that fit exactly overlap in Bullet by what its shapes are rounded to, and contacts push such overlaps apart.
+Where no motion takes them away, as in a dovetail, the push is not used up, and joints carry many times what all loads
+press.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,9 +26,11 @@ from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
 from blockstat.studies.directions import horizontal
+from blockstat.typing import Floats
 from dynsim.engine.friction import STICKY, block_friction, common_friction, has_own_friction
 from dynsim.judge.criteria import default_threshold
 from dynsim.judge.run import Run
+from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
 from dynsim.loads.ground import Pulse, Record
 from dynsim.loads.load import Load
 from dynsim.loads.loading import Constant, Push
@@ -40,6 +46,8 @@ TOLERANCE = 1e-2
 BEYOND = 1e-2
 #: Begins what a verdict says about such friction.
 OBLIQUE = "in Bullet the stand needs friction that Coulomb's law does not give"
+#: Begins what a verdict says of joints that are pressed by no load.
+WEDGED = "in Bullet the blocks are wedged"
 
 
 class StaticReserve:
@@ -146,6 +154,77 @@ def friction_excess(
     return FrictionExcess(joint, ratio, friction, len(found), by_statics=held is not None)
 
 
+@dataclass(frozen=True)
+class Wedging:
+    """The joint that is pressed most where the pressure is none that loads make."""
+
+    joint: tuple[str, str]  #: its blocks
+    share: float  #: its pressure, relative to all weight and loads
+
+    @property
+    def warning(self) -> str:
+        """What a verdict must say."""
+        return (
+            f'{WEDGED}: the joint between "{self.joint[0]}" and "{self.joint[1]}" carries {self.share:.3g} times all '
+            "weight and loads, and statics find no equilibrium with Coulomb friction without self-stress, so the stand "
+            "is not proven"
+        )
+
+
+def wedging(
+    run: Run, interfaces: Interfaces, loads: Sequence[Load], reserve: StaticReserve | None = None
+) -> Wedging | None:
+    """Return the joint that is pressed most at the end of a run, where that is self-stress.
+
+    Parameters
+    ----------
+    run, interfaces, loads, reserve
+        As in `friction_excess`.
+
+    Returns
+    -------
+    Wedging or None
+        None where no joint carries more than all weight and loads together, where statics prove an equilibrium with
+        Coulomb friction, as in a flat arch, and where they cannot be asked.
+    """
+    assembly = run.assembly
+    weight = float(assembly.mass[assembly.free].sum() * np.linalg.norm(assembly.gravity))
+    given = float(np.linalg.norm(_constant(assembly, loads)[:, :3], axis=1).sum())
+    most = max(run.contacts.planes(), key=lambda plane: plane.pressure, default=None)
+    if most is None or most.pressure <= weight + given or held_by_statics(run, interfaces, loads, reserve) is not False:
+        return None
+    names = assembly.names[most.pair[0]], assembly.names[most.pair[1]]
+    return Wedging(names, most.pressure / (weight + given))
+
+
+def doubted(
+    verdict: DynamicVerdict, interfaces: Interfaces, loads: Sequence[Load], reserve: StaticReserve | None
+) -> DynamicVerdict:
+    """Return a verdict with what makes its stand doubtful.
+
+    Parameters
+    ----------
+    verdict : DynamicVerdict
+        As the blocks moved.
+    interfaces, loads, reserve
+        As in `friction_excess`.
+
+    Returns
+    -------
+    DynamicVerdict
+        With a warning and a `friction_excess`, or with a warning and `wedged`, where one of these applies.
+    """
+    if verdict.outcome is not DynamicOutcome.STANDS:
+        return verdict
+    excess = friction_excess(verdict.run, interfaces, loads, verdict.resolution, reserve)
+    if excess is not None:
+        return replace(verdict, warnings=(*verdict.warnings, excess.warning), friction_excess=excess.factor)
+    wedge = wedging(verdict.run, interfaces, loads, reserve)
+    if wedge is None:
+        return verdict
+    return replace(verdict, warnings=(*verdict.warnings, wedge.warning), wedged=wedge.share)
+
+
 def _beyond(
     run: Run, interfaces: Interfaces, resolution: float, *, resultant: bool
 ) -> list[tuple[float, float, float, tuple[str, str]]]:
@@ -196,8 +275,7 @@ def held_by_statics(
         return None
     if moved >= default_threshold(assembly):
         return None
-    none = np.zeros((assembly.n_blocks, 6))
-    given = sum((load.wrenches(assembly) for load in loads if isinstance(load, Constant)), start=none)
+    given = _constant(assembly, loads)
     try:
         if reserve is not None and not loads:
             return reserve.equilibrium
@@ -205,3 +283,9 @@ def held_by_statics(
     except InputError:
         return None
     return found.outcome is Outcome.STABLE
+
+
+def _constant(assembly: Assembly, loads: Sequence[Load]) -> Floats:
+    """What acts from the beginning to the end, shape (n_blocks, 6) [N, N m]."""
+    none = np.zeros((assembly.n_blocks, 6))
+    return sum((load.wrenches(assembly) for load in loads if isinstance(load, Constant)), start=none)

@@ -57,6 +57,8 @@ class DynamicVerdict(Result):
     turn_threshold: float = 0.0  #: of it [m]
     #: friction of the joint furthest beyond Coulomb's, over the coefficient, where the stand needs it; 0 elsewhere
     friction_excess: float = 0.0
+    #: pressure of a joint over all weight and loads, where the stand rests on self-stress; 0 elsewhere
+    wedged: float = 0.0
     falls_alone: bool = False  #: whether it falls without the loads that change, too, as far as that was asked
 
     @property
@@ -142,6 +144,7 @@ class DynamicVerdict(Result):
             "turn_threshold": self.turn_threshold,
             "falls_alone": self.falls_alone,
             "friction_excess": self.friction_excess,
+            "wedged": self.wedged,
             "passes_eq1": self.passes_eq1,
             "passes_eq2": self.passes_eq2,
             "first_block": self.first_block,

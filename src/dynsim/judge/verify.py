@@ -27,7 +27,7 @@ from dynsim.judge.criteria import ARM, OVERTURNED, angles, default_threshold, dr
 from dynsim.judge.rest import AFTERWARDS, RestDetection, free_fall, last_change, movement, stays, threshold_under
 from dynsim.judge.run import Run, simulate
 from dynsim.judge.stages import SAME_FALL, Stages, stages
-from dynsim.judge.static_reserve import StaticReserve, friction_excess
+from dynsim.judge.static_reserve import StaticReserve, doubted
 from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
 from dynsim.loads.load import Load, Loads, as_actions, as_loads
 from dynsim.settings import Settings
@@ -108,7 +108,8 @@ def verify(
 
     A block to which no chain of joints and ties leads from a support falls when it drops by more than a joint may be
     open, settling included. A stand that needs more than Coulomb friction in a joint, where statics prove no
-    equilibrium with it, has a warning and a `friction_excess` (see `dynsim.judge.static_reserve`).
+    equilibrium with it, has a warning and a `friction_excess` (see `dynsim.judge.static_reserve`). A stand in
+    which a joint carries more than all weight and loads, where statics find self-stress alone, has one and is `wedged`.
 
     Examples
     --------
@@ -128,12 +129,7 @@ def verify(
     asked = statics and engine == "bullet" and not (acting or actions)
     reserve = StaticReserve(scene.assembly, scene.interfaces) if asked else None
     verdict = _judged(scene, settings, acting, actions, engine, reserve, progress)
-    if verdict.outcome is not DynamicOutcome.STANDS:
-        return verdict
-    excess = friction_excess(verdict.run, scene.interfaces, acting, verdict.resolution, reserve)
-    if excess is None:
-        return verdict
-    return replace(verdict, warnings=(*verdict.warnings, excess.warning), friction_excess=excess.factor)
+    return doubted(verdict, scene.interfaces, acting, reserve)
 
 
 def verify_unasked(

@@ -1,7 +1,8 @@
 """Contact points of joints that slide: the corners of the overlap of the two faces at a pose.
 
 Where the faces of a block are several convex polygons, each is overlapped with each one of the other block, and the
-points are the corners of the hull of all overlaps.
+points are the corners of the hull of all overlaps. An edge of one face that slides along a notch of the other leaves an
+arm there that is no wider than the places of the blocks are certain. It bears nothing, and the hull is without it.
 """
 
 from __future__ import annotations
@@ -9,15 +10,18 @@ from __future__ import annotations
 import numpy as np
 
 from blockstat.contact.coplanar import corner_shares, shares_of_parts
-from blockstat.contact.faces import outline_hull
+from blockstat.contact.faces import opened, outline_hull
 from blockstat.geometry.clipping import area, clip, corners
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, ContactPairs, concatenate
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
 from blockstat.large_displacement.displaced.pose import Pose, displaced_points, points_at_rest, side_sizes
 from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.typing import Floats, Ints
 
 #: An overlap of faces with fewer corners, those nearer to each other than `CORNER_TOLERANCE` being one, has no area.
 AREA_CORNERS = 3
+#: Gaps between the overlaps of a joint below this part of the width of an arm are rounding.
+SEAM = 1e-3
 
 
 def with_overlap_points(
@@ -81,7 +85,9 @@ def overlap_points(
     polygon, count = clip(outline[row, cut], outline[row, 1 - cut])
     tolerance = CORNER_TOLERANCE * side_sizes(assembly, pair).min(axis=1)
     own, which = np.nonzero(corners(polygon, count, tolerance))
-    kept, share = _corners_of_hulls(owner, own, polygon[own, which], np.maximum(area(polygon, count), 0.0), tolerance)
+    certain = _certainty(structure, pose, parameter, owner, joint, drive, frame, tolerance)
+    size = np.maximum(area(polygon, count), 0.0)
+    kept, share = _corners_of_hulls(owner, own, polygon[own, which], size, tolerance, certain)
     own, which = own[kept], which[kept]
     point = polygon[own, which]
     flat = np.einsum("nt,nti->ni", point, frame[own, 1:])
@@ -113,8 +119,63 @@ def overlap_points(
     )
 
 
-def _corners_of_hulls(owner: Ints, own: Ints, point: Floats, size: Floats, tolerance: Floats) -> tuple[Ints, Floats]:
-    """Those corners of overlaps that are corners of the hull of all overlaps of their joint.
+def _certainty(
+    structure: Structure,
+    pose: Pose,
+    parameter: float,
+    owner: Ints,
+    joint: Ints,
+    drive: Floats,
+    frame: Floats,
+    tolerance: Floats,
+) -> Floats:
+    """Scales of the planes of joints with several overlaps: what is less than 1 wide is less than their places are off.
+
+    Along the way that a joint has slid, the place of a block is that of the path. Across it a motion is known to the
+    speed below which contacts stick, and so is the place to that part of the way of the fastest corner. Shape
+    (n, 2, 2), zero for joints of one overlap.
+    """
+    assembly, interfaces = structure.assembly, structure.interfaces
+    scale = np.zeros((len(joint), 2, 2))
+    several = np.flatnonzero(np.bincount(owner)[owner] > 1)
+    if not len(several):
+        return scale
+    moved = displaced_points(assembly, pose, assembly.vertex_block, assembly.vertices) - assembly.vertices
+    way = max(float(np.linalg.norm(moved, axis=1).max()), abs(parameter) * float(np.abs(drive).max(initial=0.0)))
+    for row in several:
+        points = interfaces.point[interfaces.start[joint[row]] : interfaces.start[joint[row] + 1]]
+        one, two = (
+            displaced_points(assembly, pose, np.full(len(points), block), points) + parameter * driven
+            for block, driven in zip(interfaces.pair[joint[row]], drive[row], strict=True)
+        )
+        slip = frame[row, 1:] @ (two - one).mean(axis=0)
+        length = float(np.linalg.norm(slip))
+        along = slip / length if length > tolerance[row] else np.zeros(2)
+        across = tolerance[row] + STICKING_SPEED * way
+        scale[row] = np.eye(2) / across + np.outer(along, along) * (1 / tolerance[row] - 1 / across)
+    return scale
+
+
+def _beyond(overlaps: list[Floats]) -> np.ndarray:
+    """Which corners of overlaps are those of arms that are less than 1 wide, and reach further than that."""
+    import shapely
+
+    polygons = [shapely.Polygon(overlap) for overlap in overlaps]
+    thin = shapely.area(polygons) < shapely.minimum_bounding_radius(polygons) * 2
+    points = np.concatenate(overlaps)
+    if not thin.any() or thin.all():  # there is no arm, or nothing that it is an arm of
+        return np.zeros(len(points), dtype=bool)
+    wide = opened(shapely.union_all(shapely.buffer(polygons, SEAM, join_style="mitre")), 1.0)
+    if wide.is_empty:
+        return np.zeros(len(points), dtype=bool)
+    away: np.ndarray = shapely.distance(shapely.points(points), wide.convex_hull) > 1.0
+    return away
+
+
+def _corners_of_hulls(
+    owner: Ints, own: Ints, point: Floats, size: Floats, tolerance: Floats, certain: Floats
+) -> tuple[Ints, Floats]:
+    """Those corners of overlaps that are corners of the hull of all overlaps of their joint, without its arms.
 
     Parameters
     ----------
@@ -128,6 +189,8 @@ def _corners_of_hulls(owner: Ints, own: Ints, point: Floats, size: Floats, toler
         Areas of the overlaps, shape (n,) [m2].
     tolerance
         Corners nearer to each other than this are one, shape (n,) [m].
+    certain
+        Scales of the planes of the overlaps, shape (n, 2, 2) [1/m], as of `_certainty`.
 
     Returns
     -------
@@ -147,6 +210,8 @@ def _corners_of_hulls(owner: Ints, own: Ints, point: Floats, size: Floats, toler
         if not len(flat):  # edges that touch, or nothing
             parts.append(mine[own[mine] == own[mine[:1]]])
             continue
+        overlaps = np.unique(own[flat])
+        flat = flat[~_beyond([point[flat[own[flat] == row]] @ certain[row] for row in overlaps])]
         hull = outline_hull(point[flat])
         hull = hull[corners(hull[None], np.array([len(hull)]), tolerance[own[flat[:1]]])[0]]
         chosen = flat[np.linalg.norm(hull[:, None] - point[flat], axis=2).argmin(axis=1)]

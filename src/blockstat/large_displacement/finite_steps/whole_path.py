@@ -171,7 +171,7 @@ def warnings_on_accuracy(states: Sequence[PathState], structure: Structure) -> l
     if drawn.tilt > ROUNDING:
         told.append(
             f"faces of joints miss planes by up to {1e3 * drawn.distance:.2g} mm. Finite steps then follow each corner "
-            "as it is drawn: the end of the path may be far off, on either side, whatever the number of steps. Joints "
-            "whose faces lie in one plane and whose edges are parallel are followed exactly"
+            "as it is drawn: the end of the path may be far off, on either side, whatever the number of steps. "
+            "`repair` brings the faces of neighbours into common planes; then edges that are not parallel are left"
         )
     return told

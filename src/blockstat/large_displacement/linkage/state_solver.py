@@ -53,8 +53,9 @@ class StateSolver:
         if not linkage.slides_with_friction:
             return PathPoint(parameter, pose, motion, self.value(pose, parameter, motion))
         linkage = with_new_sliding_contacts(linkage, pose, parameter, motion)
-        forces, value = sliding_multiplier(linkage.configuration(pose, parameter), motion)
-        return PathPoint(parameter, pose, motion, value, linkage, forces)
+        forces, value, turned = sliding_multiplier(linkage.configuration(pose, parameter), motion)
+        turned = tangent(linkage, pose, parameter, turned)  # else the path would go astray by what solvers leave
+        return PathPoint(parameter, pose, motion if turned is None else turned, value, linkage, forces)
 
     def point_at(self, state: PathState, parameter: float) -> PathPoint | None:
         """Return the point of a state's linkage at another parameter.

@@ -37,12 +37,15 @@ STICKING_SPEED = 1e-4
 #: Steps of Newton's method at most in which the direction of slip is corrected. Chosen: slips turn by less than
 #: `STICKING_SPEED`, so the first leaves that part of the error.
 MAX_TURNS = 2
+#: Programs with at most so many equations are corrected once whatever they leave, as errors of directions add up along
+#: a path. Chosen: the correction of a larger one, which is dense, takes longer than the program.
+SMALL = 300
 #: Weight of the rates at which contacts open, or slip that stick, beside the friction of those that slide. Chosen: such
 #: motions are then left out, while tilts that are rounding hold nothing.
 HELD = 1e2
 
 
-def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[EquilibriumForces, float]:
+def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[EquilibriumForces, float, Floats]:
     """Find the multiplier and the forces of a state in which joints slide against friction in a given motion.
 
     Parameters
@@ -61,6 +64,8 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
     multiplier : float
         Of the live load. Without a live load, the force of the structure on the moving supports along their movement
         [N].
+    motion : Floats
+        The motion in which friction balances the loads across the slip, too: as given, but for what solvers leave.
 
     Notes
     -----
@@ -72,7 +77,7 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
     problem = configuration.problem(motion=motion + structure.support_motion)
     program = problem.program
     if program is None or len(problem.floating):
-        return floating_blocks(problem), np.nan
+        return floating_blocks(problem), np.nan, motion
     driven = configuration.support_rates(problem)
     rate = relative_motion(problem.assembly, problem.interfaces, motion)[problem.eq.points]
     if structure.live is None:
@@ -86,11 +91,14 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
         load = problem.scaled(structure.live_load(configuration.pose))
     state = _balanced(program, sliding, None if structure.live is None else load)
     tolerance = adhesion_tolerance(configuration, state.force)
-    for _ in range(MAX_TURNS):
-        turned = None if state.unbalanced <= tolerance else _turned(program, sliding, slip[point], state)
+    for turns in range(MAX_TURNS):
+        wanted = state.unbalanced > tolerance or (not turns and len(program.load) <= SMALL)
+        turned = _turned(program, sliding, slip[point], state) if wanted else None
         if turned is None:
             break
-        sliding, state = turned, _balanced(program, turned, None if structure.live is None else load)
+        sliding, twist = turned
+        state = _balanced(program, sliding, None if structure.live is None else load)
+        motion = motion + problem.to_blocks(twist)
     answer, multiplier, force = state.answer, state.answer.multiplier, state.force
     loaded = replace(_with_tilted_normals(program, sliding), load=program.load + multiplier * load)
     missing = np.inf if answer.status.is_infeasible or state.unbalanced > tolerance else state.adhesion
@@ -102,7 +110,7 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
     if structure.live is None:
         multiplier = power_on_supports(problem, driven, structure.support_motion, force)
     found = forces_of(problem, force, answer.twist, missing, proven)
-    return replace(found, tolerance=tolerance), multiplier
+    return replace(found, tolerance=tolerance), multiplier, motion
 
 
 class _Sliding(NamedTuple):
@@ -153,8 +161,12 @@ def _of_most_resistance(tilted: PenaltyProgram, sliding: _Sliding, driven: Float
     return force if answer.status.is_infeasible or answer.status.is_stalled else answer.force
 
 
-def _turned(program: PenaltyProgram, sliding: _Sliding, slip: Floats, state: _Balanced) -> _Sliding | None:
-    """The sliding points whose slip is turned so that friction balances what is left; None where it turns too far.
+def _turned(
+    program: PenaltyProgram, sliding: _Sliding, slip: Floats, state: _Balanced
+) -> tuple[_Sliding, Floats] | None:
+    """The sliding points whose slip is turned so that friction balances what is left, and the motion that turns it.
+
+    None where it turns too far.
 
     A body that slides on a plane may move across its slip, too. Friction resists that in proportion to how far the slip
     turns, which is where the loads across it are balanced. A solver knows that motion to the root of its accuracy only,
@@ -171,12 +183,12 @@ def _turned(program: PenaltyProgram, sliding: _Sliding, slip: Floats, state: _Ba
     held = np.hstack([points[:, sliding.point, 0], held])
     normal = np.maximum(state.force[sliding.point, 0], 0.0)
     rows = np.hstack([wrench * np.sqrt(sliding.friction[:, 0] * normal / slip), HELD * held]).T
-    motion = np.linalg.lstsq(rows.T @ rows, state.residual, rcond=None)[0]
+    motion: Floats = np.linalg.lstsq(rows.T @ rows, state.residual, rcond=None)[0]
     turn = (motion @ wrench) / slip
     if not np.abs(turn).max(initial=0.0) <= STICKING_SPEED:
         return None
     along = sliding.along + turn[:, None] * across
-    return sliding._replace(along=along / np.linalg.norm(along, axis=1)[:, None])
+    return sliding._replace(along=along / np.linalg.norm(along, axis=1)[:, None]), motion
 
 
 def _with_tilted_normals(program: PenaltyProgram, sliding: _Sliding) -> PenaltyProgram:
