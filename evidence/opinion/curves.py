@@ -321,12 +321,13 @@ def check_path(found, *, loads=None):
             drive[side, own] = part.displacement / first.displacement
     stepped = any("finite steps" in text for text in found.warnings)
     assert (np.diff(found.displacement) >= 0).all()
+    tied = [pair.asm.blocks_named(tie.between, tie.label) for tie in pair.asm.ties]  # these may hang in the air
     energy = []
     for there, opening, pose in zip(found.displacement, found.openings, found.poses, strict=True):
         check_pose(pair, pose)
         together, gap = touching(pair, pose, there * drive)
         if not stepped:
-            check_distances(pair, gap, np.flatnonzero(~pair.asm.support))
+            check_distances(pair, gap, np.setdiff1d(np.flatnonzero(~pair.asm.support), tied))
         widest, least = np.full(len(opening), -np.inf), np.full(len(opening), np.inf)
         np.maximum.at(widest, pair.joint, gap.max(axis=0))
         np.minimum.at(least, pair.joint, gap.min(axis=0))

@@ -417,7 +417,8 @@ def test_a_block_that_is_drawn_over_falls_however_wide_the_ground_is(beyond):
 def test_a_tie_that_never_carries_its_strength_might_as_well_have_none(greatest):
     """It draws a block half as wide as high over its toe, until the centroid stands above that.
 
-    At first it pulls with half the width over its height of the weight.
+    At first it pulls with half the width over its height of the weight. Turned by t about the toe, the block has the
+    end of the tie at .9 (sin t, cos t) from there; the tie is 1.5 long; and moments about the toe give its force.
     """
     blocks = [box((-2, -2, -1), (6, 3, 0), name="ground"), box((0, 0, 0), (0.5, 1, 1), name="block")]
     blocks.append(box((2, 0, 0), (2.4, 1, 2), name="wall"))
@@ -428,6 +429,19 @@ def test_a_tie_that_never_carries_its_strength_might_as_well_have_none(greatest)
     end = 0.5 + 0.9 * np.sin(turn) + np.sqrt(1.5**2 - (0.9 - 0.9 * np.cos(turn)) ** 2) - 2.0
     assert found.collapse == pytest.approx(end, rel=1e-4)
     assert found.reaction.min() == pytest.approx(-0.25 / 0.9 * drawn.free_weight, rel=1e-6)
+    assert [event.after for event in found.events] in ([], [None])  # no jump but the fall
+
+    def force(moved):
+        def line(turn):
+            return np.array([1.5 + moved - 0.9 * np.sin(turn), 0.9 - 0.9 * np.cos(turn)])
+
+        turn = brentq(lambda turn: np.hypot(*line(turn)) - 1.5, 0.0, 1.0)
+        x, z = line(turn) / 1.5
+        lever = 0.25 * np.cos(turn) - 0.5 * np.sin(turn)
+        return -drawn.free_weight * lever * x / (0.9 * np.cos(turn) * x - 0.9 * np.sin(turn) * z)
+
+    expected = [force(moved) for moved in found.displacement]
+    np.testing.assert_allclose(found.reaction, expected, rtol=1e-6, atol=1e-4 * drawn.free_weight)
     assert found.reaction.max() <= 1e-6 * drawn.free_weight
 
 

@@ -64,9 +64,9 @@ def joint_that_slides_alone(solver: StateSolver, linkage: Linkage, pose: Pose, m
     Returns
     -------
     SlidesAlone or None
-        Of all joints that can take the slip alone, with forces in equilibrium and no larger a multiplier, the one
-        slides whose faces leave each other first; of several such joints, the one on which the fewest blocks move.
-        None where no joints share their slip.
+        Of all joints that can take the slip alone, with forces in equilibrium and no larger a multiplier or reaction,
+        the one slides whose faces leave each other first; of several such joints, the one on which the fewest blocks
+        move. None where no joints share their slip.
     """
     contacts = linkage.contacts
     slides = linkage.sliding & linkage.may_part & (contacts.friction > 0)
@@ -79,7 +79,7 @@ def joint_that_slides_alone(solver: StateSolver, linkage: Linkage, pose: Pose, m
     shared = solver.first(linkage, pose, motion)
     if shared is None or not shared.forces.admissible:
         return None
-    most = np.inf if linkage.control is None else (1.0 + _same_value(linkage, tried)) * shared.point.value
+    most = shared.point.value + _same_value(linkage, tried) * abs(shared.point.value)
     size = float(free_sizes(linkage.assembly).max())
     found: list[tuple[float, int, int, Linkage, Floats]] = []
     for joint in tried.tolist():

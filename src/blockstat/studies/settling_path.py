@@ -18,8 +18,10 @@ from blockstat.large_displacement.displaced.local_origin import structure_about_
 from blockstat.large_displacement.displaced.pose import Pose, free_sizes, rest_pose
 from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
+from blockstat.large_displacement.finite_steps.free_motion import without_free_motion
 from blockstat.large_displacement.finite_steps.whole_path import follow_path, path_options, warnings_on_accuracy
 from blockstat.large_displacement.linkage.follower import LinkageFollower
+from blockstat.large_displacement.linkage.kinematics import pose_at
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
@@ -39,6 +41,10 @@ if TYPE_CHECKING:
 #: part 1e-8 / NEAR_REST of the mechanisms of more energy is left in the answer, which must stay below the speed at
 #: which contacts stick.
 NEAR_REST = 1e-8 / STICKING_SPEED_AT_REST
+#: A reaction below this is none. Relative to the weight. Programs are solved to that accuracy.
+ZERO_REACTION = 1e-8
+#: Reactions that differ by less are the same. Relative to the larger. Chosen: the default tolerance of a path.
+SAME_REACTION = 1e-4
 #: How often that is repeated at most. Chosen: it settles after one or two.
 MAX_TRIALS = 5
 #: Openings and movements below this are rounding. Relative to the largest block. Chosen: far above rounding, far below
@@ -237,7 +243,8 @@ def settle_to_collapse(
     size = float(np.ptp(assembly.vertices[~assembly.support[assembly.vertex_block]], axis=0).max())
     end = size if displacement is None else displacement
     states = StateSolver(structure, structure.dead_power)
-    follower = LinkageFollower(states, _settling_mechanism, end, end / steps, tolerance, ends_at_zero=False)
+    none = ZERO_REACTION * structure.assembly.free_weight
+    follower = LinkageFollower(states, _settling_mechanism, end, end / steps, tolerance, ends_at_zero=False, least=none)
     linkage, motion = _mechanism_that_leaves_rest(linkage, start, motion, size)
     alone = joint_that_slides_alone(states, linkage, start, motion)
     if alone is not None:
@@ -294,14 +301,16 @@ def _settling_mechanism(
         return end
     sticking, sliding = contact_status(here, found.mechanism, 1.0, sticking_speed=sticking_speed, opening=found.opening)
     ties, slack = tie_status(here, found.mechanism, 1.0, sticking_speed=sticking_speed)
-    return replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack), found.mechanism
+    linkage = replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack)
+    return without_free_motion(linkage, pose, parameter, found.mechanism, sticking_speed=sticking_speed)
 
 
 def _mechanism_that_leaves_rest(linkage: Linkage, start: Pose, motion: Floats, size: float) -> tuple[Linkage, Floats]:
     """The mechanism that is still the one of least energy at the pose near rest to which it has led.
 
     At rest several mechanisms may have the least potential energy: the thrust line of a symmetrical arch touches more
-    edges than there are hinges in a mechanism.
+    edges than there are hinges in a mechanism. The pose is one of the linkage: along a straight line its ties would
+    lengthen by the square of the way, as if they had yielded, or grow slack.
     """
     closed = np.ones(linkage.contacts.number, dtype=bool)
     whole = replace(linkage, sticking=closed, sliding=~closed)
@@ -312,7 +321,9 @@ def _mechanism_that_leaves_rest(linkage: Linkage, start: Pose, motion: Floats, s
         if not speed:
             break
         length = NEAR_REST * size / speed
-        near = linkage.moved(start, length * linkage.body_motions(motion), linkage.origins(start))
+        near = pose_at(linkage, start, length, length * motion)
+        if near is None:
+            break
         found = _settling_mechanism(whole, near, length, STICKING_SPEED_AT_REST)
         # Contact points of joints that slide are not those of rest.
         if isinstance(found, PathEnd) or found[0].sliding.any():
@@ -367,6 +378,17 @@ def _openings(states: Sequence[PathState], n_interfaces: int) -> Floats:
     return width
 
 
+def _warning_of_other_forces(first: Settlement, reaction: float, none: float) -> list[str]:
+    """What a reader must know where the path begins with another reaction than `settle` has."""
+    if abs(reaction - first.reaction) <= SAME_REACTION * max(abs(reaction), abs(first.reaction)) + none:
+        return []
+    return [
+        f"at first the reaction is {reaction:.6g} N where joints slide without opening, and {first.reaction:.6g} N "
+        "where they open by friction times slip, as `settle` has it. Both are in equilibrium at rest: `thrust_range` "
+        "gives the least and the greatest reaction that is"
+    ]
+
+
 def _path(
     first: Settlement,
     structure: Structure,
@@ -378,11 +400,15 @@ def _path(
         raise InputError(f'"{first.assembly.name}": the blocks are jammed between the moving supports')
     warnings = [*first.warnings, *warning_of_strength(structure, states)]
     warnings += warnings_on_accuracy(states, structure)
+    reaction = np.array([state.point.value for state in states])
+    none = np.abs(reaction) <= ZERO_REACTION * structure.assembly.free_weight
+    if states[0].point.parameter == 0:
+        warnings += _warning_of_other_forces(first, float(reaction[0]), ZERO_REACTION * structure.assembly.free_weight)
     return SettlementPath(
         outcome=outcome,
         first=first,
         displacement=np.array([state.point.parameter for state in states]),
-        reaction=np.array([state.point.value for state in states]),
+        reaction=np.where(none, 0.0, reaction),
         openings=_openings(states, first.interfaces.n_interfaces),
         poses=tuple(state.point.pose for state in states),
         events=tuple(events),

@@ -61,7 +61,8 @@ def fall(
     Raises
     ------
     NoRootError
-        When the solver finds no fall, or the blocks jam.
+        When the solver finds no fall, the blocks jam, or blocks swing on ties. These come to rest at their lowest
+        place, which is not looked for.
     """
     shortest = FALL_STEP * longest
     settles = trial.structure.live is None
@@ -79,6 +80,8 @@ def fall(
             raise NoRootError
         if trial.limit.multiplier is None and fallen > FALLEN * float(trial.linkage.assembly.size[most].max()):
             if settles:
+                if _hang(start, most):
+                    raise NoRootError
                 break
             yield FallenBlocks(trial.parameter, most)
             gone += trial.structure.part_of_live_power(last.pose, last.tangent, most)
@@ -94,6 +97,13 @@ def fall(
             yield _jump(start, trial, last, multiplier if carried else None)
             return trial if carried else None
     return None
+
+
+def _hang(trial: TrialState, blocks: Ints) -> bool:
+    """Whether blocks stick to nothing, but ties that keep their length hold them."""
+    linkage = trial.moving_linkage()
+    touch = np.isin(linkage.contacts.pair[linkage.sticking], blocks).any()
+    return not touch and bool(np.isin(tied_pairs(linkage.assembly)[linkage.ties], blocks).any())
 
 
 def _fallen_on(standing: TrialState, step: float, shortest: float) -> tuple[TrialState, float]:

@@ -7,17 +7,20 @@ from dataclasses import replace
 import numpy as np
 
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, gaps, pair_points, rejoined
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
 from blockstat.large_displacement.displaced.control import conjugate_control
 from blockstat.large_displacement.displaced.face_overlap import AREA_CORNERS, overlap_points, with_overlap_points
 from blockstat.large_displacement.displaced.pose import Pose, free_sizes
 from blockstat.large_displacement.displaced.structure import slack_of_ties
 from blockstat.large_displacement.finite_steps.contact_projection import projected_onto_zero_gap
+from blockstat.large_displacement.finite_steps.free_motion import without_free_motion
 from blockstat.large_displacement.finite_steps.trial_state import (
     NOT_SOLVED,
     TrialState,
 )
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.parts import without_left_at_rest
+from blockstat.large_displacement.linkage.path import end_at
 from blockstat.large_displacement.statics.limit_state import limit_state
 from blockstat.large_displacement.statics.settling_state import settling_state
 from blockstat.typing import Floats
@@ -96,7 +99,12 @@ def trial_state_at(
             return replace(trial, limit=limit)
         mechanism = without_left_at_rest(linkage, pose, limit.mechanism)
         return replace(trial, limit=replace(limit, mechanism=mechanism))
-    return replace(trial, limit=settling_state(trial.configuration, guess=guess, rough=True))
+    trial = replace(trial, limit=settling_state(trial.configuration, guess=guess, rough=True))
+    if end_at(trial.limit) is not None:
+        return trial
+    moving, motion = trial.moving_linkage(), trial.limit.mechanism
+    _, motion = without_free_motion(moving, pose, parameter, motion, sticking_speed=STICKING_SPEED)
+    return replace(trial, limit=replace(trial.limit, mechanism=motion))
 
 
 def _with_taut_ties(linkage: Linkage, pose: Pose, parameter: float) -> Linkage:

@@ -60,6 +60,7 @@ class LinkageFollower:
     #: events, relative to a step
     tolerance: float
     ends_at_zero: bool = True  #: whether the path ends where the value is zero
+    least: float = TINY  #: values below this are rounding, and their deviations are not looked at
 
     def follow(self, state: PathState | None) -> Iterator[PathState | PathEvent | PathEnd]:
         """Yield the states on the path in order, the events between them, and at last how it ends.
@@ -135,7 +136,7 @@ class LinkageFollower:
         across = CORNER_TOLERANCE * float(free_sizes(self.solver.structure.assembly).max())
         for _ in range(MAX_STEPS):
             start = state.point
-            allowed = self.tolerance * max(first, abs(start.value), TINY)
+            allowed = self.tolerance * max(first, abs(start.value), self.least)
             target = min(start.parameter + step, self.end)
             point = self.solver.point_at(state, target)
             turn = None if point is None else reversal_of_tie(self.solver, state, point)

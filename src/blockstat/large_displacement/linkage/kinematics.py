@@ -46,6 +46,9 @@ DIVERGED_RESIDUAL, GROWING_RESIDUAL = 1e3, 1e-3
 #: Steps of Newton's method at most. Chosen: it converges quadratically, so where it needs more, the step along the path
 #: was too long.
 MAX_NEWTON_STEPS = 12
+#: A guess is a motion of the linkage when no more than this part of it has to change. Chosen: in a step along a path
+#: rates change by less. A mixture of two mechanisms changes by more.
+NEAR_GUESS = 0.1
 #: The parameter does not move the linkage when the equations of its rates leave more than this. Relative to the rate of
 #: the parameter. Chosen: far above rounding.
 MAX_RATE_RESIDUAL = 1e-7
@@ -93,7 +96,7 @@ def tangent(linkage: Linkage, pose: Pose, parameter: float, guess: Floats) -> Fl
     guess = guess / rate if rate > 0 else guess
     equations = _equations(linkage, pose, parameter, guess)
     start = linkage.body_motions(guess)
-    found = start + _least_change(linkage, equations.matrix, equations.rate - equations.matrix @ start)
+    found = start + _least_change(linkage, equations.matrix, equations.rate - equations.matrix @ start, guess=start)
     missing = equations.matrix @ found - equations.rate
     flaw = linkage.flaw_of_rows * np.sqrt(12.0) * float(np.abs(found).max(initial=0.0))  # of the motions of two bodies
     if np.abs(missing).max(initial=0.0) > MAX_RATE_RESIDUAL and _rms(missing) > flaw:
@@ -170,7 +173,8 @@ def pose_at(
         if not error < DIVERGED_RESIDUAL * size or grows:
             return None
         best = min(best, error)
-        change = _least_change(linkage, matrix, missing, more=int(along is not None))
+        guess = linkage.body_motions(step) if along is None else None
+        change = _least_change(linkage, matrix, missing, more=int(along is not None), guess=guess)
         pose = linkage.moved(pose, change, equations.origin)
     return None
 
@@ -287,7 +291,27 @@ def _rms(residual: Floats) -> float:
     return float(np.sqrt(np.mean(residual**2))) if len(residual) else 0.0
 
 
-def _least_change(linkage: Linkage, matrix: Any, missing: Floats, *, more: int = 0) -> Floats:
+def _change_along(contacts: Floats, control: Floats, missing: Floats, guess: Floats, rank: float) -> Floats | None:
+    """The shortest change of the contacts and ties, and so much more of the guess's motion as the control asks for.
+
+    Where the equations leave directions free, the shortest change that moves a control in a corner turns the block
+    about the vertical, each time in the same sense. None where no direction is free beside the motion, which is then
+    known without the guess, and where the guess is no motion of the linkage (`NEAR_GUESS`).
+    """
+    change, _, independent, _ = np.linalg.lstsq(contacts, missing[: len(contacts)], rcond=rank)
+    if independent > len(guess) - 2:
+        return None
+    motion = guess - np.linalg.lstsq(contacts, contacts @ guess, rcond=rank)[0]
+    rate = float(control @ motion)
+    if not (rate and np.linalg.norm(motion - guess) <= NEAR_GUESS * np.linalg.norm(guess)):
+        return None
+    found: Floats = change + (float(missing[len(contacts)]) - float(control @ change)) / rate * motion
+    return found
+
+
+def _least_change(
+    linkage: Linkage, matrix: Any, missing: Floats, *, more: int = 0, guess: Floats | None = None
+) -> Floats:
     """The shortest x that minimises |matrix @ x - missing| of the contacts and ties.
 
     The last row is that of the control, if there is one, and `more` rows follow it. These are no contacts, so they are
@@ -301,6 +325,10 @@ def _least_change(linkage: Linkage, matrix: Any, missing: Floats, *, more: int =
     rank = max(RANK_TOLERANCE, linkage.flaw_of_rows * np.sqrt(unknowns))
     if isinstance(matrix, np.ndarray):
         contacts, kept = np.split(matrix, [rows - more - (linkage.control is not None)])
+        if guess is not None and linkage.control is not None:
+            onwards = _change_along(contacts, kept[0], missing, guess, rank)
+            if onwards is not None:
+                return onwards
         start = np.linalg.lstsq(kept, missing[len(contacts) :], rcond=RANK_TOLERANCE)[0]
         directions = np.linalg.qr(kept.T)[0]
         across = contacts - (contacts @ directions) @ directions.T

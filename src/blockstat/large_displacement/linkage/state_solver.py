@@ -90,13 +90,24 @@ class StateSolver:
         -------
         PathState
             Its forces may need adhesion: `EquilibriumForces.admissible` says whether they do.
+
+        Notes
+        -----
+        A multiplier holds the forces to the motion by virtual work. A reaction does not: it would count ties that yield
+        with their greatest forces, though the equilibrium has others. So on supports that move, ties have the forces
+        that the motion gives them. Where there is no such equilibrium, but another, it is not this mechanism that
+        moves, and no block falls: the forces then count as not found.
         """
         if point.linkage is not None and point.forces is not None:
             return PathState(point, point.linkage, point.forces)
         linkage = with_new_sliding_contacts(linkage, point.pose, point.parameter, point.tangent)
         multiplier = point.value if self.structure.live is not None else 0.0
         here = linkage.configuration(point.pose, point.parameter)
-        forces = equilibrium_forces(here, multiplier, slides=bool(linkage.sliding.any()))
+        slides = bool(linkage.sliding.any())
+        forces = equilibrium_forces(here, multiplier, slides=slides)
+        if self.structure.live is None and forces.admissible and len(self.structure.assembly.ties):
+            own = equilibrium_forces(here, motion=point.tangent + self.structure.support_motion, slides=slides)
+            forces = own if own.admissible else replace(own, solved=False)
         return PathState(point, linkage, forces)
 
     def state_at(self, state: PathState, parameter: float) -> PathState | None:

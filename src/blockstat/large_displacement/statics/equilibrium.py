@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse.linalg import lsqr
 
 from blockstat.analysis.problem import Problem
 from blockstat.certificate import check as certificate
@@ -12,6 +13,7 @@ from blockstat.large_displacement.displaced.pose import free_sizes
 from blockstat.large_displacement.displaced.structure import Configuration
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.program.ties import tied_pairs
+from blockstat.solve.answer import Answer
 from blockstat.solve.penalty import solve_margin
 from blockstat.typing import Floats
 
@@ -111,7 +113,9 @@ def unbalanced(problem: Problem) -> float:
     return float(max(force.max(), moment.max() / length)) / unit
 
 
-def equilibrium_forces(configuration: Configuration, multiplier: float, *, slides: bool = False) -> EquilibriumForces:
+def equilibrium_forces(
+    configuration: Configuration, multiplier: float = 0.0, *, motion: Floats | None = None, slides: bool = False
+) -> EquilibriumForces:
     """Find forces in equilibrium with the dead load and a multiple of the live load.
 
     Parameters
@@ -120,6 +124,8 @@ def equilibrium_forces(configuration: Configuration, multiplier: float, *, slide
         The displaced structure.
     multiplier
         Of the live load.
+    motion
+        As in `Configuration.problem`.
     slides
         Whether contacts slide, so that forces are where friction has them, to the flaw of the joints. Forces that hold
         together contacts that stick find their balance where these are drawn.
@@ -129,19 +135,36 @@ def equilibrium_forces(configuration: Configuration, multiplier: float, *, slide
     EquilibriumForces
         The forces whose smallest slack is largest: max s subject to A f + w + alpha l = 0, f - s n in K.
     """
-    problem = configuration.problem(multiplier)
+    problem = configuration.problem(multiplier, motion)
     program = problem.program
     if unbalanced(problem) > ADHESION_TOLERANCE:
         return floating_blocks(problem)
     if program is None:
         none = np.zeros((problem.assembly.n_blocks, 6))
         return EquilibriumForces(0.0, True, 0.0, none, (), problem, np.empty((0, 3)))
-    answer = solve_margin(program, solver=configuration.structure.solver)
+    answer = _margin(program, configuration.structure.solver)
     adhesion = np.inf if answer.status.is_infeasible else least_adhesion(program, answer.force)
     tolerance = adhesion_tolerance(configuration, answer.force) if slides else ADHESION_TOLERANCE
     force, proven = checked(program, answer.force, settles=adhesion <= tolerance)
     found = forces_of(problem, force, answer.twist, adhesion, proven)
     return replace(found, solved=proven or not answer.status.is_stalled, tolerance=tolerance)
+
+
+def _margin(program: PenaltyProgram, solver: str) -> Answer:
+    """The forces with the largest smallest slack; loads that are unbalanced by rounding only count as balanced.
+
+    The loads on blocks that hang on ties alone must lie on the lines of these, and no adhesion makes up for what is
+    off. So where there is no answer, the part of the loads is left out that no forces of any sign balance, if it is no
+    more than the adhesion that counts as none.
+    """
+    answer = solve_margin(program, solver=solver)
+    if not answer.status.is_infeasible:
+        return answer
+    any_sign = lsqr(program.matrix, -program.load, atol=0.0, btol=0.0, conlim=0.0)[0]
+    off = program.load + program.matrix @ any_sign
+    if not 0 < float(np.abs(off).max()) <= ADHESION_TOLERANCE:
+        return answer
+    return solve_margin(replace(program, load=program.load - off), solver=solver)
 
 
 def adhesion_tolerance(configuration: Configuration, force: Floats) -> float:

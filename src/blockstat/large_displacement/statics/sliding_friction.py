@@ -59,7 +59,8 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
     Returns
     -------
     forces : EquilibriumForces
-        Those with the largest smallest slack; at contacts that slide they lie on the friction cone.
+        Those with the largest smallest slack; at contacts that slide they lie on the friction cone. Where supports
+        move, of all such forces those that resist them most, or push them least: those of the least potential energy.
     multiplier : float
         Of the live load. Without a live load, the force of the structure on the moving supports along their movement
         [N].
@@ -101,6 +102,8 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
     answer, multiplier, force = state.answer, state.answer.multiplier, state.force
     loaded = replace(_with_tilted_normals(program, sliding), load=program.load + multiplier * load)
     missing = np.inf if answer.status.is_infeasible or state.unbalanced > tolerance else state.adhesion
+    if structure.live is None and missing <= tolerance:
+        force = _of_most_resistance(loaded, sliding, driven, force)
     force = certificate.balance(loaded, force)
     proven = certificate.check(loaded, force, np.zeros_like(program.load)).proves_stable
     force = _with_friction(force, sliding)
@@ -144,6 +147,18 @@ def _balanced(program: PenaltyProgram, sliding: _Sliding, live: Floats | None) -
     force = answer.force.copy()
     force[: program.n_points, 0] -= adhesion
     return _Balanced(answer, force, adhesion, tilted.matrix @ force.reshape(-1) + load)
+
+
+def _of_most_resistance(tilted: PenaltyProgram, sliding: _Sliding, driven: Floats, force: Floats) -> Floats:
+    """The forces along tilted normals that push the moving supports least; the given ones where there are no such.
+
+    A block on two supports that both hold it by friction may press on either with more than its share, and so may
+    anything whose friction is not used up. `settling_state` has the forces of least potential energy as well.
+    """
+    offset, point = driven.copy(), sliding.point
+    offset[point, 0] -= (sliding.friction * sliding.along * offset[point, 1:]).sum(axis=1)
+    answer = clarabel.solve(conic_program(tilted, -tilted.load, offset=offset.reshape(-1)))
+    return force if answer.status.is_infeasible or answer.status.is_stalled else answer.force
 
 
 def _turned(
