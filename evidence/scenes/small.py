@@ -42,6 +42,17 @@ def pitted(slab: float, thick: float, pit: float, deep: float, **options) -> Blo
     return Block(np.array(corners, dtype=float), [[3, 2, 1, 0], *sides, [12, 13, 14, 15]], **options)
 
 
+def pinched() -> list[Block]:
+    """A light block between two heavy ones that slide towards it down slopes of 45 degrees on two supports."""
+    return [
+        prism([(-3, -1), (0, -1), (0, 0), (-3, 3)], 1.0, name="left"),
+        prism([(0, -1), (3, -1), (3, 3), (0, 0)], 1.0, name="right"),
+        prism([(-0.25, 0.25), (-0.25, 2), (-2, 2)], 1.0, name="one", density=2500.0),
+        prism([(0.25, 0.25), (2, 2), (0.25, 2)], 1.0, name="other", density=2500.0),
+        prism([(-0.25, 1.2), (0.25, 1.2), (0.25, 1.6), (-0.25, 1.6)], 1.0, name="pinched", density=250.0),
+    ]
+
+
 def assembly(blocks, **options) -> Assembly:
     return Assembly.from_blocks(blocks, **{"supports": [0], "density": 1.0, "gravity": (0, 0, -1)} | options)
 

@@ -6,7 +6,7 @@ import pytest
 from blockstat import Assembly, BracketOutcome, Tie, acceleration, assess, box, friction_limit, glued, limit_load
 from blockstat.analysis.verdict import Outcome
 from evidence.pages.elements import ELEMENTS
-from evidence.scenes.small import prism
+from evidence.scenes.small import pinched, prism
 
 
 def clamped(*more, n: int = 1, **options) -> Assembly:
@@ -122,14 +122,7 @@ def test_a_load_or_a_tie_elsewhere_does_not_hide_a_fall():
 def test_a_part_falls_where_another_is_what_the_others_lean_on():
     # Two heavy blocks on slopes of 45 degrees lean on a light one, as in the tests of the reserve; another light block
     # is clamped between upright stones beside them. Only the second falls while the others rest.
-    blocks = [
-        prism([(-3, -1), (0, -1), (0, 0), (-3, 3)], 1.0, name="left"),
-        prism([(0, -1), (3, -1), (3, 3), (0, 0)], 1.0, name="right"),
-        prism([(-0.25, 0.25), (-0.25, 2), (-2, 2)], 1.0, name="one", density=2500.0),
-        prism([(0.25, 0.25), (2, 2), (0.25, 2)], 1.0, name="other", density=2500.0),
-        prism([(-0.25, 1.2), (0.25, 1.2), (0.25, 1.6), (-0.25, 1.6)], 1.0, name="pinched", density=250.0),
-        box((3, 0, 5), (4, 1, 6), name="west"), box((4, 0, 5), (5, 1, 6), name="clamped"),
-        box((5, 0, 5), (6, 1, 6), name="east"),
-    ]  # fmt: skip
+    beside = [box((x, 0, 5), (x + 1, 1, 6), name=name) for x, name in ((3, "west"), (4, "clamped"), (5, "east"))]
+    blocks = [*pinched(), *beside]
     supports = ["left", "right", "west", "east"]
     assert falling(Assembly.from_blocks(blocks, supports=supports, density=2000.0, friction=0.5)) == ["clamped"]

@@ -11,7 +11,7 @@ from blockstat.analysis import limit_load as limits
 from blockstat.analysis.problem import pose
 from blockstat.analysis.reserve import SLIVER, loaded_slivers, neutral_warning, sliver_warning, slivers_of
 from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings
-from evidence.scenes.small import assembly, box, prism
+from evidence.scenes.small import assembly, box, pinched, prism
 
 GROUND = box((-9, -9, -1), (9, 9, 0), name="ground")
 
@@ -345,15 +345,7 @@ def test_what_only_edges_hold_is_undecided():
 
 
 def between_wedges(friction):
-    """A light block pinched between two heavy ones that slide towards it down slopes of 45 degrees."""
-    blocks = [
-        prism([(-3, -1), (0, -1), (0, 0), (-3, 3)], 1.0, name="left"),
-        prism([(0, -1), (3, -1), (3, 3), (0, 0)], 1.0, name="right"),
-        prism([(-0.25, 0.25), (-0.25, 2), (-2, 2)], 1.0, name="one", density=2500.0),
-        prism([(0.25, 0.25), (2, 2), (0.25, 2)], 1.0, name="other", density=2500.0),
-        prism([(-0.25, 1.2), (0.25, 1.2), (0.25, 1.6), (-0.25, 1.6)], 1.0, name="pinched", density=250.0),
-    ]
-    return assembly(blocks, supports=["left", "right"], friction=friction)
+    return assembly(pinched(), supports=["left", "right"], friction=friction)
 
 
 def test_a_block_that_others_lean_on_is_not_proven_to_fall():
