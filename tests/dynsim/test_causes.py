@@ -51,7 +51,7 @@ DIFFERENCES = {
     Cause.TIME_TOO_SHORT: (
         lambda: arch(9, 0.07), Settings(look_every=0.002, end=0.04, resolution=1.0), ("unstable", "unstable", "stands"),
     ),
-    Cause.HELD: (lambda: jammed(squeeze=1e-3), None, ("stable", "stable_only_by_self_stress", "stands")),
+    Cause.WEDGED: (lambda: jammed(squeeze=1e-3), None, ("stable", "stable_only_by_self_stress", "stands")),
     Cause.SETTLED: (hung, None, ("unstable", "unstable", "stands")),
     Cause.CREEPS: (
         lambda: arch(9, 0.08), one_step(1e-3, end=0.1, resolution=0.2), ("unstable", "unstable", "creeps"),
@@ -102,6 +102,12 @@ def test_a_stand_that_finer_steps_do_not_see_is_told_by_its_cause():
     assert (coulomb.outcome, fell.outcome) == (Outcome.STABLE_ONLY_BY_SELF_STRESS, DynamicOutcome.FALLS)
     stood = replace(fell, outcome=DynamicOutcome.STANDS)
     assert find_cause(static, coulomb, stood, settings=one_step(2e-3), closely=True) is Cause.COARSE_STAND
+
+
+def test_a_stand_on_self_stress_that_is_not_wedged_is_held():
+    # A scene that Bullet wedges, said not to be wedged.
+    static, stood = assess(jammed(squeeze=1e-3)), replace(verify(jammed(squeeze=1e-3)), wedged=0.0)
+    assert find_cause(static, with_coulomb(static), stood, closely=True) is Cause.HELD
 
 
 def test_what_agrees_has_no_cause():

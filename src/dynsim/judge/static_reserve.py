@@ -42,7 +42,8 @@ FINE = 1e-4
 #: Relative width of the brackets of the sideways limits.
 TOLERANCE = 1e-2
 #: Friction of a joint above the coefficient by more than this share is beyond the cone. The forces of a run are exact
-#: to rounding; Bullet's limit of a block that slides along one of the two directions is exact to a quarter of it.
+#: to rounding; Bullet's limit of a block that slides along one of the two directions is exact to a quarter of it. By
+#: this share a joint is pressed by more than all weight.
 BEYOND = 1e-2
 #: Begins what a verdict says about such friction.
 OBLIQUE = "in Bullet the stand needs friction that Coulomb's law does not give"
@@ -191,7 +192,9 @@ def wedging(
     weight = float(assembly.mass[assembly.free].sum() * np.linalg.norm(assembly.gravity))
     given = float(np.linalg.norm(_constant(assembly, loads)[:, :3], axis=1).sum())
     most = max(run.contacts.planes(), key=lambda plane: plane.pressure, default=None)
-    if most is None or most.pressure <= weight + given or held_by_statics(run, interfaces, loads, reserve) is not False:
+    if most is None or most.pressure <= (1 + BEYOND) * (weight + given):
+        return None
+    if held_by_statics(run, interfaces, loads, reserve) is not False:
         return None
     names = assembly.names[most.pair[0]], assembly.names[most.pair[1]]
     return Wedging(names, most.pressure / (weight + given))
