@@ -244,6 +244,16 @@ def test_a_block_that_its_load_lifts_hangs_on_it(share):
     np.testing.assert_allclose(curve.points[-1].pose.displacement[1], (0, 0, 0.1), atol=1e-9)
 
 
+def test_a_curve_that_never_comes_to_zero_ends_where_nothing_is_left():
+    """Pushed upwards, a block floats at its weight, however high."""
+    lifted = block()
+    curve = capacity(lifted, (0, 0, 1))
+    assert curve.outcome.word == "reached"
+    np.testing.assert_allclose(curve.lower, 1.0, rtol=1e-6)
+    assert curve.displacement[-1] == pytest.approx(2 * np.ptp(lifted.vertices, axis=0).max())
+    assert any("no displacement was asked for" in text for text in curve.warnings)
+
+
 def test_forces_on_supports_are_no_part_of_what_the_control_is_along():
     against = [("block", TOP, ALONG), ("ground", (0, 0, -0.5), (-1, 0, 0))]
     curve = capacity(block(), against, steps=1, displacement=0.01)

@@ -33,6 +33,7 @@ from blockstat.large_displacement.self_stress import carried_without_self_stress
 from blockstat.large_displacement.shared_slip import joint_that_slides_alone
 from blockstat.large_displacement.statics.limit_state import associated_multiplier, limit_state
 from blockstat.large_displacement.strength import warning_of_strength
+from blockstat.large_displacement.unstable_mixture import without_unstable_mixture
 from blockstat.result import listed
 from blockstat.solve.dispatch import CHOICES
 from blockstat.typing import Floats, Ints
@@ -43,6 +44,10 @@ if TYPE_CHECKING:
 #: Step with which the slope of the curve at rest is measured. Relative to the largest step. Chosen: large enough for
 #: the change of the multiplier to be above rounding.
 SLOPE_STEP = 1e-4
+#: How far a curve goes at most, relative to the extent of the assembly. Chosen: what has moved so far has left it, as a
+#: block that a load lifts.
+FAR = 2.0
+FAR_AWAY = "no displacement was asked for: the curve ends twice the extent of the assembly away, and not at zero"
 #: Blocks that a warning names at most. Chosen.
 MOST_NAMES = 5
 #: What is told of a curve while it is followed.
@@ -91,7 +96,7 @@ def capacity(
         "coulomb": joints slide without opening (non-associated flow). "associated": they open by friction times slip as
         they slide.
     displacement : float, optional
-        Where to stop [m]; by default where the multiplier is zero.
+        Where to stop [m]; by default where the multiplier is zero, or twice the extent of the assembly away.
     steps : int, optional
         About how many points the curve has. Steps become shorter where it bends.
     tolerance : float, optional
@@ -151,12 +156,14 @@ def capacity(
     near = control_about(moved, origin)
     linkage, begun = _linkage_that_begins(structure, limit, near, associated=flow == "associated")
     states = StateSolver(structure, structure.multiplier)
+    linkage, begun = without_unstable_mixture(states, linkage, begun, *wrenches, solver=solver)
     alone = joint_that_slides_alone(states, linkage, start, begun.mechanism)
     linkage, motion = (linkage, begun.mechanism) if alone is None else alone[:2]
     first = states.first(linkage, start, motion)
-    step = _first_step(states, first, limit.assembly, displacement or np.inf, steps)
+    end = displacement or FAR * float(np.ptp(assembly.vertices, axis=0).max())
+    step = _first_step(states, first, limit.assembly, end, steps)
     step = step if alone is None else alone.step(step)
-    follower = LinkageFollower(states, _mechanism_of_limit_load, displacement or np.inf, step, tolerance)
+    follower = LinkageFollower(states, _mechanism_of_limit_load, end, step, tolerance)
     record = _followed(follower, linkage, start, motion, begun, first, steps, progress, each)
     if not record.points:
         raise InputError(f'"{assembly.name}": the mechanism of the limit load cannot be followed from rest')
@@ -166,6 +173,7 @@ def capacity(
         *warning_of_strength(structure, record.states),
         *moved_with_centroids(assembly, {"load": load, "loads": loads}),
         *equal,
+        *([FAR_AWAY] if displacement is None and record.outcome is CapacityOutcome.REACHED else []),
     ]
     if record.outcome is not CapacityOutcome.INTERRUPTED and _may_hold_by_self_stress(linkage):
         own = (limit.assembly, *wrenches, limit.interfaces, solver)
