@@ -522,3 +522,37 @@ def test_only_what_statics_call_stable_can_disagree_with_a_fall(outcome):
     disagreeing = len(result.history) if outcome is Outcome.STABLE else 0
     assert len(result.disagreements) == result.summary()["disagreements"] == disagreeing
     assert ("disagree" in result.explain()) == bool(disagreeing)
+
+
+LEANING = {
+    "name": "wall",
+    "parameters": {"b": between(0.1, 0.6, 0.05)},
+    "elements": {"wall": {"kind": "box", "size": ["= b", 3.0, 2.0]}},
+}
+
+
+def test_a_history_under_another_tilt_is_not_taken_up(tmp_path):
+    """A wall that is 2 m high stands where gravity leans by no more than its width over its height."""
+    scene, path = scene_from(LEANING), tmp_path / "history.csv"
+
+    def leaning(share):
+        return lambda asm: asm.with_(gravity=(9.81 * share, 0, -9.81))
+
+    assert search(scene, verify=None, history=path, under=leaning(0.14)).best_parameters[
+        "parameters.b"
+    ] == pytest.approx(0.3)
+    assert search(scene, verify=None, history=path, under=leaning(0.14)).best_parameters[
+        "parameters.b"
+    ] == pytest.approx(0.3)
+    with pytest.raises(InputError, match="history"):
+        search(scene, verify=None, history=path, under=leaning(0.24))
+    alone = search(scene, verify=None, history=tmp_path / "other.csv", under=leaning(0.24))
+    assert alone.best_parameters["parameters.b"] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("verify", "words"), [(assess, "a static verdict"), (lambda asm: True, "a bool"), (lambda asm: None, "a NoneType")]
+)
+def test_what_is_no_dynamic_verdict_is_refused(verify, words):
+    with pytest.raises(InputError, match=f"verify gave {words}; it must give a verdict that stands or falls"):
+        search(scene_from(LEANING), verify=verify)

@@ -325,7 +325,7 @@ class Evaluator:
         except InputError as error:
             return replace(candidate, dynamic=ERROR, dynamic_seconds=process_time() - begin, note=error.line)
         seconds = max(process_time() - begin, getattr(found, "process_seconds", 0.0))
-        candidate = replace(candidate, dynamic=found.outcome.word, dynamic_seconds=seconds)
+        candidate = replace(candidate, dynamic=_checked_word(found), dynamic_seconds=seconds)
         if candidate.stands:
             self.standing[key] = found
         note = self.callbacks.remark(verdict, found) if self.callbacks.remark else ""
@@ -355,3 +355,12 @@ class Evaluator:
         """
         if self.callbacks.cancel is not None and self.callbacks.cancel():
             raise KeyboardInterrupt
+
+
+def _checked_word(found: Any) -> str:
+    """The outcome of a dynamic verdict in one word; a static one never stands."""
+    word = getattr(getattr(found, "outcome", None), "word", None)
+    if word is None or isinstance(found, Verdict):
+        what = "a static verdict" if isinstance(found, Verdict) else f"a {type(found).__name__}"
+        raise InputError(f"verify gave {what}; it must give a verdict that stands or falls, as `dynsim.verify` does")
+    return word

@@ -36,7 +36,7 @@ from blockstat.design_search.target import Assured, FailureTarget, lightest_assu
 from blockstat.design_search.walk import WALKS, by_volume, expected
 from blockstat.errors import InputError, check_choice, check_count, known_options
 from blockstat.imperfection.imperfections import Imperfections
-from blockstat.spec import Scene
+from blockstat.spec import Scene, build
 from blockstat.system.old_names import renamed_options
 from blockstat.system.writing import check_writable
 
@@ -128,7 +128,8 @@ def search(
     remark : callable, optional
         Gives the note of a candidate from its two verdicts.
     conditions : str, optional
-        What else the verdicts depend on (friction, thresholds); a history under others is not taken up.
+        What else the verdicts depend on, as thresholds of `verify` or another `static`; a history under others is not
+        taken up. What `under` makes of friction, gravity, mass, joint laws and ties is known.
 
     Returns
     -------
@@ -164,6 +165,7 @@ def search(
         conditions = f"{conditions} {imperfections}"
     if history is not None:
         check_writable(Path(history))
+        conditions += _put_under(under, space.scene)
     log = History(Path(history), space.names, digest(space.scene, conditions)) if history is not None else None
     joints = SharedJoints()
     # Joints without their edges are for statics alone.
@@ -191,6 +193,17 @@ def search(
         # What was simulated for a target has no more than a chance to meet it.
         finished, best = False, None if target else _lightest_so_far(evaluator, margin.least, snap=snap)
     return replace(_result(evaluator, best, found, finished), assured=assured)
+
+
+def _put_under(under: Callable[[Assembly], Assembly] | None, scene: Scene) -> str:
+    """What designs are put under, as the first one has it, so that a history under another is not taken up."""
+    if under is None:
+        return ""
+    try:
+        first = under(build(scene))
+    except InputError:  # the search tells of designs that cannot be built
+        return ""
+    return f" under {first.friction:g} {first.gravity.tolist()} {first.mass.sum():g} {first.joints} {first.ties}"
 
 
 def check_strategy(
