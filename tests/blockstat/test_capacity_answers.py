@@ -1,6 +1,7 @@
 """What a capacity curve refuses, what it is controlled by, and what it tells of its points and events."""
 
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -301,3 +302,27 @@ def test_strength_that_counts_although_its_joint_has_slid_is_told(law):
     assert '"ground" and "s"' in warning
     dry = capacity(mortared({}), ALONG, control="s", steps=3, displacement=0.6)
     assert dry.warnings == ()
+
+
+@pytest.mark.parametrize("order", permutations(range(3)))
+def test_a_wall_and_a_smooth_buttress_beside_it_tip_together_in_any_order(order):
+    """Weights 1.5 and .84 by arms of .25 and .15, over the same by heights of 1.5 and 1.4.
+
+    Both turn about their left edges at first. The lower corner of the wall goes to the left by a square of the turn, so
+    the buttress may lean as far as tan(t / 2) only, t being the turn of the wall, and it is no linkage. Where the wall
+    is over its edge, at .25, the buttress is far from its own, and does not press on it. Steps end within a half of a
+    hundredth of that.
+    """
+    blocks = [
+        box((-2, -1, -1), (4, 2, 0), name="ground"),
+        box((0, 0, 0), (0.5, 1, 3), name="wall"),
+        box((0.5, 0, 0), (0.8, 1, 2.8), name="buttress"),
+    ]
+    smooth = [JointLaw(("wall", "buttress"), friction=0.0)]
+    placed = [blocks[k] for k in order]
+    scene = Assembly.from_blocks(placed, supports=["ground"], density=1.0, friction=2.0, joints=smooth)
+    curve = capacity(scene, (-1, 0, 0), control="wall")
+    assert curve.lower[0] == pytest.approx((1.5 * 0.25 + 0.84 * 0.15) / (1.5 * 1.5 + 0.84 * 1.4), rel=1e-4)
+    assert curve.outcome.word == "zero"
+    assert any("finite steps" in text for text in curve.warnings)
+    assert curve.displacement[-1] == pytest.approx(0.25, rel=5e-3)

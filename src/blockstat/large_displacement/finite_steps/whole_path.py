@@ -32,6 +32,9 @@ IMPLICIT_ABOVE = STRUCTURED // 10
 #: The longest implicit step, relative to the median size of the free blocks. Chosen: a facade as wide as it is high
 #: then takes about as many steps as are asked for.
 LONGEST_IMPLICIT_STEP = 0.15
+#: A collapse within this part of the first step is that of a linkage that is not the mechanism's. Chosen: jumps follow
+#: each other there at a distance of rounding.
+AT_REST = 1e-3
 #: Joints are said to miss planes from this on. Relative to the largest free block. Chosen: the default tolerance of a
 #: path.
 TOLD_FLAW = 1e-4
@@ -68,6 +71,8 @@ def follow_path(
     waiting: list[PathState | PathEvent | PathEnd] | None = []
     item: PathState | PathEvent | PathEnd | None = None
     for item in follower.follow(first):
+        if item is PathEnd.COLLAPSE and last is not None and last.point.parameter <= AT_REST * follower.step:
+            item = PathEnd.LOST
         if item is PathEnd.LOST:
             break
         if isinstance(item, PathState):
