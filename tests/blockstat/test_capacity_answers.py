@@ -315,8 +315,8 @@ def test_a_wall_and_a_smooth_buttress_beside_it_tip_together_in_any_order(order)
     """
     blocks = [
         box((-2, -1, -1), (4, 2, 0), name="ground"),
-        box((0, 0, 0), (0.5, 1, 3), name="wall"),
-        box((0.5, 0, 0), (0.8, 1, 2.8), name="buttress"),
+        box((0, 0, 0), (0.5, 1, 3), name="wall", group="wall"),
+        box((0.5, 0, 0), (0.8, 1, 2.8), name="buttress", group="buttress"),
     ]
     smooth = [JointLaw(("wall", "buttress"), friction=0.0)]
     placed = [blocks[k] for k in order]
