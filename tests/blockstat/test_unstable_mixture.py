@@ -45,3 +45,16 @@ def test_beside_the_diagonal_one_edge_alone_is_the_mechanism():
     cosine = push[0] / np.linalg.norm(push)
     assert curve.lower[0] == pytest.approx(0.8 / HEIGHT / cosine, rel=1e-4)
     assert curve.displacement[-1] == pytest.approx(0.4 * cosine, rel=1e-3)
+
+
+def test_of_two_equal_piers_the_one_that_is_the_control_rolls_off_its_corner():
+    """The other one is left at rest, and told. By hand as for one pier: half of .5 by half of the square root of 2."""
+    blocks = [box((-5, -5, -1), (9, 9, 0), name="ground")]
+    blocks += [box((x, 0, 0), (x + 0.5, 0.5, HEIGHT), name=name) for x, name in ((0, "one"), (4, "other"))]
+    scene = Assembly.from_blocks(blocks, supports=["ground"], friction=0.9)
+    curve = capacity(scene, (1, 1, 0), control="one")
+    assert curve.outcome.word == "zero"
+    assert curve.displacement[-1] == pytest.approx(0.25 / np.sqrt(2), rel=1e-3)
+    (told,) = [text for text in curve.warnings if "same multiplier" in text]
+    assert told.endswith('are left at rest: "other"')
+    assert not curve.points[-1].pose.displacement[2].any()

@@ -148,9 +148,8 @@ def warn_of_no_mass(assembly: Assembly, case: LoadCase | None) -> None:
     if case is None:
         return
     down = case.loads[assembly.free, :3] @ assembly.gravity / np.linalg.norm(assembly.gravity)
-    heavy = float(np.abs(assembly.mass[assembly.free]).sum() * np.linalg.norm(assembly.gravity))
     pressing = float(down[down > 0].sum())
-    if pressing > ROUNDING * heavy:
+    if pressing > ROUNDING * assembly.free_weight:
         text = (
             f'case "{case.name}": its loads press down by {pressing:.6g} N and have no mass, so an acceleration of the '
             "blocks does not push them; where they are weight, what grows must have their inertia, too"

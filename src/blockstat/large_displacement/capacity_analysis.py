@@ -156,7 +156,7 @@ def capacity(
     near = control_about(moved, origin)
     linkage, begun = _linkage_that_begins(structure, limit, near, associated=flow == "associated")
     states = StateSolver(structure, structure.multiplier)
-    linkage, begun = without_unstable_mixture(states, linkage, begun, *wrenches, solver=solver)
+    linkage, begun = without_unstable_mixture(states, linkage, begun, *wrenches, gap=gap, solver=solver)
     alone = joint_that_slides_alone(states, linkage, start, begun.mechanism)
     linkage, motion = (linkage, begun.mechanism) if alone is None else alone[:2]
     first = states.first(linkage, start, motion)

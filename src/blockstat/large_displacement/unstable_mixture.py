@@ -13,6 +13,7 @@ one is followed whose multiplier falls fastest.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +39,14 @@ A_LITTLE_WAY = 1e-3
 
 
 def without_unstable_mixture(
-    states: StateSolver, linkage: Linkage, limit: LimitLoad, live: Floats, dead: Floats, *, solver: str
+    states: StateSolver,
+    linkage: Linkage,
+    limit: LimitLoad,
+    live: Floats,
+    dead: Floats,
+    *,
+    gap: float | str,
+    solver: str,
 ) -> tuple[Linkage, LimitLoad]:
     """Return the mechanism that begins, or the one onto which it would roll off.
 
@@ -52,8 +60,8 @@ def without_unstable_mixture(
         The limit load.
     live, dead
         The load that grows and the loads that stay beside the weight, shape (n_blocks, 6) [N, N m].
-    solver
-        One of `blockstat.solve.dispatch.CHOICES`.
+    gap, solver
+        As in `blockstat.limit_load`.
 
     Returns
     -------
@@ -77,13 +85,13 @@ def without_unstable_mixture(
     push *= NUDGE * np.linalg.norm(live[:, :3]) / max(float(np.linalg.norm(push)), 1e-300)
     found = [(linkage, limit)]
     for side in (1.0, -1.0):
-        options = {"loads": dead, "interfaces": limit.interfaces, "solver": solver, "optimum": True}
-        nudged = limit_load(assembly, live + side * push, **options)
+        options: dict[str, Any] = {"loads": dead, "interfaces": limit.interfaces, "gap": gap, "solver": solver}
+        nudged = limit_load(assembly, live + side * push, optimum=True, **options)
         own = states.structure.multiplier(start, 0.0, nudged.mechanism)
         if nudged.outcome is LoadOutcome.LIMIT and own <= (1 + SAME_VALUE) * limit.upper:
             other = replace(limit, mechanism=unit_motion(assembly, nudged.mechanism), upper=max(limit.upper, own))
             begun = linkage_at_rest(states.structure, other.mechanism, linkage.control, associated=linkage.associated)
-            found.append((begun, other))
+            found.append((replace(begun, left_at_rest=linkage.left_at_rest), other))
     return min(found, key=lambda each: _a_little_way_on(states, *each))
 
 

@@ -11,6 +11,7 @@ from blockstat.large_displacement.finite_steps.step import stepped, trial_state_
 from blockstat.large_displacement.finite_steps.trial_state import TrialState
 from blockstat.large_displacement.linkage.jump import FALLING_TOGETHER, MAX_PART_FALLEN
 from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.linkage.parts import hang_on_ties
 from blockstat.large_displacement.linkage.path import PathEvent, PathPoint
 from blockstat.large_displacement.linkage.root_finding import NoRootError
 from blockstat.program.ties import tied_pairs
@@ -80,7 +81,7 @@ def fall(
             raise NoRootError
         if trial.limit.multiplier is None and fallen > FALLEN * float(trial.linkage.assembly.size[most].max()):
             if settles:
-                if _hang(start, most):
+                if hang_on_ties(start.moving_linkage(), most):
                     raise NoRootError
                 break
             yield FallenBlocks(trial.parameter, most)
@@ -97,13 +98,6 @@ def fall(
             yield _jump(start, trial, last, multiplier if carried else None)
             return trial if carried else None
     return None
-
-
-def _hang(trial: TrialState, blocks: Ints) -> bool:
-    """Whether blocks stick to nothing, but ties that keep their length hold them."""
-    linkage = trial.moving_linkage()
-    touch = np.isin(linkage.contacts.pair[linkage.sticking], blocks).any()
-    return not touch and bool(np.isin(tied_pairs(linkage.assembly)[linkage.ties], blocks).any())
 
 
 def _fallen_on(standing: TrialState, step: float, shortest: float) -> tuple[TrialState, float]:

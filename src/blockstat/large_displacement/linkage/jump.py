@@ -13,8 +13,8 @@ from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
 from blockstat.large_displacement.linkage.kinematics import motion_at_fixed_parameter, pose_at
 from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.linkage.parts import hang_on_ties
 from blockstat.large_displacement.linkage.root_finding import root_of
-from blockstat.program.ties import tied_pairs
 from blockstat.typing import Floats
 
 #: Longest step of the fastest corner in a jump. Relative to the extent of the free blocks. Chosen: contacts that close
@@ -90,7 +90,8 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
     extent = float(np.ptp(assembly.vertices[~assembly.support[assembly.vertex_block]], axis=0).max())
     tolerance, travelled = ZERO_GAP * float(free_sizes(assembly).max()), 0.0
     lost = JumpEnd(None, pose, opened, [])
-    if _swings(falling, mechanism):
+    moved = np.linalg.norm(mechanism[:, :3], axis=1)
+    if hang_on_ties(falling, np.flatnonzero(moved > FALLING_TOGETHER * moved.max())):
         return lost
     direction = _direction(falling, pose, parameter, mechanism)
     if direction is not None and opens.any() and not (opens & _opens(linkage, pose, parameter, direction)).any():
@@ -119,14 +120,6 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
         direction = _direction(falling, pose, parameter, direction)
         step = min(2 * step, MAX_STEP * extent)
     return replace(lost, pose=pose, fell=travelled >= FALLEN * extent)
-
-
-def _swings(falling: Linkage, mechanism: Floats) -> bool:
-    """Whether the blocks that fall stick to nothing, but ties that keep their length hold them."""
-    moved = np.linalg.norm(mechanism[:, :3], axis=1)
-    blocks = np.flatnonzero(moved > FALLING_TOGETHER * moved.max())
-    touch = np.isin(falling.contacts.pair[falling.sticking], blocks).any()
-    return not touch and bool(np.isin(tied_pairs(falling.assembly)[falling.ties], blocks).any())
 
 
 def _gaps_at(linkage: Linkage, parameter: float) -> Callable[[Pose], Floats]:

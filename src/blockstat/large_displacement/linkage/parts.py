@@ -138,3 +138,22 @@ def _with_needed(linkage: Linkage, mechanism: Floats, label: Ints, part: int) ->
         if not needed:
             return parts
         parts += needed
+
+
+def hang_on_ties(linkage: Linkage, blocks: Ints) -> bool:
+    """Return whether blocks stick to nothing, but ties that keep their length hold them, so that they swing.
+
+    Parameters
+    ----------
+    linkage
+        With the contacts and ties of a motion.
+    blocks
+        Numbers of the blocks that move in it.
+
+    Returns
+    -------
+    bool
+        Whether they do.
+    """
+    touch = np.isin(linkage.contacts.pair[linkage.sticking], blocks).any()
+    return not touch and bool(np.isin(tied_pairs(linkage.assembly)[linkage.ties], blocks).any())
