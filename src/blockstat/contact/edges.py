@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.contact.coplanar import Patch, Patches, in_one_plane, joined
+from blockstat.contact.coplanar import Patch, Patches, in_one_plane, joined, merge_coplanar
 from blockstat.contact.features import ContactKind, Search
 from blockstat.contact.known_contacts import ONE_PATCH, Contacts, Tolerances, covered, features_of, search_of
 from blockstat.contact.overlap.beds import overlap_at_rims, with_sunk
@@ -30,7 +30,7 @@ PLAIN = 1e-3
 
 
 def edge_contacts(
-    assembly: Assembly, patches: Patches, near: Ints, tolerances: Tolerances
+    assembly: Assembly, patches: Patches, behind: Patches, near: Ints, tolerances: Tolerances
 ) -> tuple[Patches, Ints | None, Ints, list[Patch]]:
     """Add the contacts of edges and corners to the patches of an assembly.
 
@@ -40,6 +40,8 @@ def edge_contacts(
         The blocks.
     patches : Patches
         Its patches, one a plane and pair.
+    behind : Patches
+        Of faces that lie back to back: no edge or corner of the two blocks touches there.
     near : array of int, shape (n, 2)
         Pairs among which to look.
     tolerances : Tolerances
@@ -62,10 +64,14 @@ def edge_contacts(
     search = search_of(assembly, pairs, tolerances, rims=False)
     row, own = _rows_of(pairs, patches.pair, assembly.n_blocks)
     known = Contacts(row, np.zeros(len(row), np.int64), patches.take(own))
+    behind = merge_coplanar(behind, tolerances.allowed)
+    place, of_pairs = _rows_of(pairs, behind.pair, assembly.n_blocks)
+    nowhere = Contacts(place, np.zeros(len(place), np.int64), behind.take(of_pairs))
     kinds = ContactKind.EDGE, ContactKind.CORNER, ContactKind.CROSSING
     for kind, found in zip(kinds, features_of(search, tolerances.steepest), strict=True):
         free = found.take(~found.rim)
-        free = free.take(~covered(search, free, known, ONE_PATCH))
+        for taken in (known, nowhere):
+            free = free.take(~covered(search, free, taken, ONE_PATCH))
         known = known.with_more(kind, free.take(~overlap_at_rims(search, free, patches, tolerances)), pairs)
     known = with_sunk(search, known, patches, tolerances)
     if len(known.row) == len(row):

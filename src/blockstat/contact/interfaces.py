@@ -29,6 +29,7 @@ from blockstat.contact.faces import (
 )
 from blockstat.contact.features import ContactKind
 from blockstat.contact.known_contacts import Tolerances
+from blockstat.contact.overlap.back_to_back import back_to_back
 from blockstat.contact.overlap.beds import keys_of_overlap
 from blockstat.contact.tolerance import GAP, allowed_gap, stated_length
 from blockstat.errors import known_options
@@ -274,6 +275,7 @@ class _Pieces:
     gap: Floats
     overlap: Floats
     rough: Floats  #: how far the corners of the two faces leave their planes, together [m]
+    behind: np.ndarray  #: whether the two faces lie back to back, bool
     filling: dict[int, list[Floats]]  #: convex polygons of the pieces that do not fill their polygon, by row
 
 
@@ -341,6 +343,8 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats, bent
         own = batch[warped]
         sides = fa[own], fb[own], frame[own], origin[own]
         gap[warped], overlap[warped] = gaps_of_surfaces(assembly, *sides, polygon[warped], count[warped])
+        inside = origin[batch] + np.einsum("nk,nkj->nj", _centres(polygon, count, filling), frame[batch, 1:])
+        overlap = np.where(count > 0, overlap, 0.0)
         found.append(
             _Pieces(
                 pair=np.column_stack([assembly.face_block[fa[batch]], assembly.face_block[fb[batch]]]),
@@ -351,6 +355,7 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats, bent
                 gap=gap,
                 overlap=overlap,
                 rough=rough[fa[batch]] + rough[fb[batch]],
+                behind=back_to_back(assembly, (fa[batch], fb[batch]), frame[batch], inside, overlap),
                 filling=filling,
             )
         )
@@ -376,10 +381,19 @@ def _gaps(
     return np.abs(apart).max(axis=1, initial=0.0), -apart.min(axis=1, initial=0.0), middle
 
 
+def _centres(polygon: Floats, count: Ints, filling: dict[int, list[Floats]]) -> Floats:
+    """A point of each patch in its plane: the mean corner, of the largest convex piece where it has several."""
+    live = np.arange(polygon.shape[1]) < count[:, None]
+    centre: Floats = np.where(live[..., None], polygon, 0.0).sum(axis=1) / np.maximum(count, 1)[:, None]
+    for row, pieces in filling.items():
+        centre[row] = max(pieces, key=lambda piece: clip.area(piece[None], np.array([len(piece)]))[0]).mean(axis=0)
+    return centre
+
+
 def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs: Ints) -> Interfaces:
     """Judge the patches, merge those of one plane, and list their corner points."""
     slivers: list[Dropped] = []
-    kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 5)]
+    kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 6)]
     corners, counts = [np.empty((0, 2))], [np.empty(0, int)]
     filling: dict[int, list[Floats]] = {}
     for p in batches:
@@ -393,8 +407,8 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs:
         reach = allowed[p.pair].min(axis=1)
         limit = np.minimum(reach, width)
         close = p.gap <= limit
-        near = wide & ~close & (p.gap <= NEAR_MISS * reach) & (width > p.gap / NEAR_MISS)
-        for i in np.flatnonzero(~wide & close & (width > SPAN * size)):
+        near = wide & ~close & ~p.behind & (p.gap <= NEAR_MISS * reach) & (width > p.gap / NEAR_MISS)
+        for i in np.flatnonzero(~wide & close & ~p.behind & (width > SPAN * size)):
             a, b = map(int, p.pair[i])
             slivers.append(Dropped(a, b, "sliver", float(width[i]), float(WIDTH * size[i])))
         gaps = p.gap + p.rough
@@ -405,18 +419,21 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs:
             filling[before + int(i)] = p.filling[int(rows[i])]
             area[rows[i]] = sum(clip.area(piece[None], np.array([len(piece)]))[0] for piece in p.filling[int(rows[i])])
         rough = p.rough[rows]
-        numbers = area[rows], gaps[rows], p.overlap[rows], limit[rows] + rough, width[rows] + rough
+        numbers = area[rows], gaps[rows], p.overlap[rows], limit[rows] + rough, width[rows] + rough, p.behind[rows]
         kept.append((p.pair[rows], p.frame[rows], p.origin[rows], *numbers))
         corners.append(p.polygon[rows][mask])
         counts.append(mask.sum(axis=1))
-    pair, frame, origin, area, gaps, overlap, limit, width = (np.concatenate(own) for own in zip(*kept, strict=True))
+    pair, frame, origin, area, gaps, overlap, *rest = (np.concatenate(own) for own in zip(*kept, strict=True))
     found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts), overlap)
     tolerances = Tolerances(allowed, WIDTH, float(np.sin(ANGLE)))
-    joints, held, dropped = _without_blocks_between(assembly, found, limit, width, tolerances)
+    limit, width, behind = rest
+    real = np.flatnonzero(behind == 0)
+    joints, held, dropped = _without_blocks_between(assembly, found.take(real), limit[real], width[real], tolerances)
+    joints = real[joints]
     single = found.take(joints)
     merged = merge_coplanar(single, allowed)
     parts = _filled(single, {i: filling[k] for i, k in enumerate(joints.tolist()) if k in filling})
-    found, kind, rims, bare = edge_contacts(assembly, merged, pairs, tolerances)
+    found, kind, rims, bare = edge_contacts(assembly, merged, found.take(np.flatnonzero(behind)), pairs, tolerances)
     if kind is not None:
         found, kind = _edges_that_touch(assembly, found, kind, held)
     tangents = np.repeat(found.frame[:, 1:], found.count, axis=0)

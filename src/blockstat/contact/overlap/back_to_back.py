@@ -1,0 +1,88 @@
+"""Faces that lie back to back: both blocks are between them, so they are no joint though they are near each other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.geometry.polyhedron import members, next_in_face
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+
+def back_to_back(
+    assembly: Assembly, faces: tuple[Ints, Ints], frame: Floats, point: Floats, overlap: Floats
+) -> np.ndarray:
+    """Say which pairs of opposed faces lie back to back.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    faces : tuple of two arrays of int, shape (n,)
+        A face of the first and one of the second block of each pair.
+    frame : array, shape (n, 3, 3)
+        Rows are the normal from the first block to the second, and two tangents.
+    point : array, shape (n, 3)
+        A point of the patch that both faces have in common, seen along the normal [m].
+    overlap : array, shape (n,)
+        How far the first face lies beyond the second along the normal [m]; zero or less for faces that do not overlap.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+        True for those that are no joint.
+
+    Notes
+    -----
+    Two faces may overlap because the geometry is not exact: moving the second block along the normal by the overlap
+    brings them back. Moving it the other way, until the far sides of the two blocks meet, takes the thickness of both
+    there less the overlap. Where that is shorter, the blocks meet at those far sides. The tips of two blocks that hook
+    into each other do: a joint through both tips would hold them from behind.
+    """
+    lost = np.zeros(len(overlap), dtype=bool)
+    rows = np.flatnonzero(overlap > 0)
+    if len(rows):
+        thickness = [
+            _thickness(assembly, face[rows], sign * frame[rows], point[rows], 2 * overlap[rows])
+            for face, sign in zip(faces, (1.0, -1.0), strict=True)
+        ]
+        lost[rows] = thickness[0] + thickness[1] < 2 * overlap[rows]
+    return lost
+
+
+def _thickness(assembly: Assembly, face: Ints, frame: Floats, point: Floats, most: Floats) -> Floats:
+    """Thickness of blocks behind their faces along the line through a point, or `most` where it is not less.
+
+    frame : rows are the direction out of the face, and two across it
+    """
+    planes, first = assembly.planes, np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
+    block = assembly.face_block[face]
+    row, other = members(first[block], np.diff(first)[block])
+    out = frame[:, 0]
+
+    def heights(row: Ints, face: Ints, slope: Floats) -> Floats:
+        """Where the line meets the planes of faces."""
+        return np.einsum("ij,ij->i", planes.centre[face] - point[row], planes.normal[face]) / slope
+
+    top = heights(np.arange(len(face)), face, np.einsum("ij,ij->i", planes.normal[face], out))
+    slope = np.einsum("ij,ij->i", planes.normal[other], out[row])
+    behind = slope < 0
+    row, other = row[behind], other[behind]
+    depth = top[row] - heights(row, other, slope[behind])
+    near = (depth >= 0) & (depth < most[row])
+    row, other, depth = row[near], other[near], depth[near]
+    # The line leaves the block through a face if it crosses an odd number of its sides on the way to infinity.
+    side, corner = members(assembly.face_start[other], np.diff(assembly.face_start)[other])
+    ends = np.stack([corner, next_in_face(assembly.face_start)[corner]], axis=1)
+    across = assembly.vertices[assembly.face_vertices[ends]] - point[row[side], None]
+    u, v = (np.einsum("nkj,nj->nk", across, frame[row[side], k]) for k in (1, 2))
+    passes = (v[:, 0] > 0) != (v[:, 1] > 0)
+    right = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) * np.where(v[:, 1] > v[:, 0], 1.0, -1.0) > 0
+    leaves = np.bincount(side, weights=passes & right, minlength=len(other)) % 2 == 1
+    thickness = most.copy()
+    np.minimum.at(thickness, row[leaves], depth[leaves])
+    return thickness
