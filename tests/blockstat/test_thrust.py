@@ -7,8 +7,19 @@ from math import inf
 import numpy as np
 import pytest
 
-from blockstat import InputError, JointLaw, ThrustOutcome, Tie, acceleration, load_domain, point_load, thrust_range
+from blockstat import (
+    InputError,
+    JointLaw,
+    ThrustOutcome,
+    Tie,
+    acceleration,
+    load_domain,
+    point_load,
+    settle,
+    thrust_range,
+)
 from blockstat.analysis import thrust
+from blockstat.certificate.functional_bound import value_bound
 from blockstat.solve.answer import Status
 from evidence.scenes.small import arch, assembly, box, flat_arch, prism
 
@@ -124,6 +135,54 @@ def test_the_thrust_of_a_stone_between_walls_has_one_end_and_that_of_its_weight_
     assert (both.least, both.greatest) == pytest.approx((weight, weight), rel=1e-6)
 
 
+@pytest.mark.parametrize("friction", [0.0025, 0.0021])
+def test_a_thrust_has_no_ends_where_it_takes_hundreds_of_times_as_much_self_stress(friction):
+    # Pressed between the walls by any N the stone takes friction x N from one wall to the other.
+    asm, _ = key()
+    found = thrust_range(asm, ["right"], (0, 0, 1), friction=friction)
+    assert (found.outcome, found.least, found.greatest) == (ThrustOutcome.NO_ENDS, -inf, inf)
+    assert not found.warnings
+
+
+def test_an_end_says_why_it_is_not_proven():
+    # A thousand weights more would take a million weights of N.
+    asm, weight = key()
+    found = thrust_range(asm, ["right"], (0, 0, 1), friction=0.001)
+    assert found.outcome is ThrustOutcome.UNDECIDED
+    assert found.least <= -weight / 2 <= found.greatest
+    (text,) = found.warnings
+    assert text.startswith("an end of the range is not proven: self-stress may move it without end")
+
+
+@pytest.mark.parametrize(("push", "least"), [(0.5, 0.75**0.5), (1.0, 1.75), (2.0, 4.75)])
+def test_a_least_thrust_that_only_endless_self_stress_reaches_is_approached(push, least):
+    """A block of weight 1 on smooth ground, between a smooth wall and a western face that leans at the friction angle.
+
+    A horizontal thrust N is on the rim of the western cone. With a push P across and V upwards the force (N, P, V) is
+    in the cone where N >= 0.75 V + P^2 / V. So V falls to 0 as P^2 / N does, and is positive for every N. N is least
+    at V = P / sqrt(0.75) or, where that is more than the weight, at V = 1.
+    """
+    outlines = {"west": [(-2, 0), (0.5, 0), (0, 1), (-2, 1)], "block": [(0.5, 0), (2, 0), (2, 1), (0, 1)]}
+    blocks = [prism(outline, 1.0, name=name, group=name) for name, outline in outlines.items()]
+    blocks += [box((2, 0, -1), (3, 1, 1), name="east", group="east")]
+    blocks += [box((0.5, 0, -1), (2, 1, 0), name="ground", group="ground")]
+    smooth = [JointLaw(("block", other), friction=0.0) for other in ("east", "ground")]
+    asm = assembly(blocks, supports=[0, 2, 3], friction=0.5, joints=smooth)
+    asm = asm.with_(density=1 / asm.mass[1])
+    loads = point_load(asm, 1, (0.25, 0.5, 0.5), (0, push, 0))
+    west, ground, east = (
+        thrust_range(asm, [name], way, loads=loads)
+        for name, way in (("west", (0, 0, -1)), ("ground", (0, 0, -1)), ("east", (1, 0, 0)))
+    )
+    assert 0 < west.least < 2e-5
+    assert 1 - 2e-5 < ground.greatest < 1
+    assert (west.greatest, ground.least) == pytest.approx((1.0, 0.0), abs=1e-6)
+    assert (east.least, east.greatest) == (pytest.approx(least, rel=1e-6), inf)
+    for found in (west, ground):
+        assert found.proven or "an end of the range is not proven" in found.warnings[0]
+    assert 0 < settle(asm, {"west": (0, 0, -0.01)}, loads=loads).reaction < 2e-5
+
+
 @pytest.mark.parametrize("status", [Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE, Status.STALLED])
 def test_what_a_solver_says_without_a_ray_proves_no_thrust_without_end(monkeypatch, status):
     plain = thrust.solve
@@ -172,8 +231,8 @@ def test_a_motion_confirms_each_end_of_the_thrust_of_an_arch(friction, law):
 
 
 def test_a_motion_bounds_a_functional_by_the_work_of_the_loads_and_the_price_of_what_closes():
-    # A cube of weight 1: lifted at 1 it bounds what presses on the ground; at rest the ground closes at 1, four points
-    # press with a quarter each, and ten times as much may.
+    # A cube of weight 1: lifted at 1 it bounds what presses on the ground; at rest the ground closes at 1, and forces
+    # may add up to 10.
     asm = assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="cube")], supports=["ground"])
     problem, inside = thrust.standing(
         asm, solver="auto", friction=None, gravity=None, loads=None, gap=0.01, interfaces=None
@@ -181,11 +240,9 @@ def test_a_motion_bounds_a_functional_by_the_work_of_the_loads_and_the_price_of_
     program = problem.program
     press = np.zeros(3 * len(inside))
     press[::3] = 1.0
-    field = np.zeros_like(inside)
-    field[:, 0] = 0.25
     lift = np.array([0, 0, 1.0, 0, 0, 0])
     for twist, motions, bound in ((lift, (), 1.0), (0 * lift, (), 10.0), (0 * lift, (lift,), 1.0), (2 * lift, (), 2.0)):
-        assert thrust.value_bound(program, press, twist, field, motions) == pytest.approx(bound, rel=1e-9)
+        assert value_bound(program, press, twist, 10.0, motions) == pytest.approx(bound, rel=1e-9)
 
 
 def test_a_domain_tells_what_its_limit_loads_warn_of():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +14,8 @@ from blockstat.analysis.problem import Problem, crushes, pose
 from blockstat.analysis.rims import overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, unit_motion
 from blockstat.certificate import check as certificate
-from blockstat.certificate.check import opening_slack
-from blockstat.certificate.interior_motions import least_slack
+from blockstat.certificate.check import FORCE_LIMIT
+from blockstat.certificate.functional_bound import value_bound
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces, near_blocks
 from blockstat.contact.overlap.penetration import check_copies, check_overlaps, overlaps
 from blockstat.errors import InputError, check_choice, check_count, check_vector, known_options
@@ -23,6 +23,7 @@ from blockstat.loads import as_load
 from blockstat.program.conic import conic_program
 from blockstat.program.ties import bearing_ties, tie_wrenches
 from blockstat.result import Result, Sentence, finite
+from blockstat.solve.answer import Answer
 from blockstat.solve.dispatch import CHOICES, solve
 from blockstat.solve.penalty import solve_penalty
 from blockstat.typing import Floats, Ints
@@ -40,6 +41,13 @@ SHARP = 1e-5
 #: A functional grows without end where forces in balance raise it by so many weights; more is tried first, where the
 #: forces that it takes are not beyond what a certificate believes.
 RAISED = (UNBOUNDED, 1e-1 * UNBOUNDED, 1e-2 * UNBOUNDED)
+#: What a unit of normal force costs; the next is taken where the forces of one cannot be proven. Among forces that do
+#: as well a solver takes any, and in jammed blocks these drift along a self-stress, beyond what a certificate believes.
+#: At the last price only such rays pay that raise the functional by the least of `RAISED` within that.
+PRICES = (0.0, 1e-11, 1e-9, 1e-7, 1e-5, RAISED[-1] / FORCE_LIMIT)
+UNPROVEN = "an end of the range is not proven"
+NO_FORCES = f"{UNPROVEN}: the solver found no forces for it"
+NO_RAY = f"{UNPROVEN}: self-stress may move it without end, but none of up to a million weights in total shows that"
 
 
 class ThrustOutcome(Sentence):
@@ -509,9 +517,13 @@ class Extreme:
 
     value: float  #: [N], of the forces; inf where a ray of forces in balance raises it without end
     forces: Floats  #: admissible, shape (n_points, 3) [N]; the ray for a value without end
-    proven: bool  #: whether a motion proves that there is no larger value, or the ray that there is no largest
     ties: Floats | None  #: force of each tie, shape (n_ties,) [N]; None without ties
-    doubts: tuple[str, ...] = ()  #: what the motion drives blocks into
+    doubts: tuple[str, ...] = ()  #: why no motion proves that there is no larger value; none with a ray
+
+    @property
+    def proven(self) -> bool:
+        """Whether a motion proves that there is no larger value, or the ray that there is no largest."""
+        return not self.doubts
 
 
 def with_overlaps(problem: Problem) -> Problem:
@@ -557,22 +569,41 @@ def extreme(
     """
     program = problem.program
     assert program is not None
-    answer = solve(conic_program(program, -program.load, offset=-functional), solver=solver)
-    if answer.status.is_infeasible or answer.status.is_stalled:
-        if answer.status.is_infeasible and _grows(program, functional, answer.force, inside):
-            return Extreme(np.inf, problem.to_points(answer.force), True, problem.to_ties(answer.force))
-        found = value(problem, functional, inside)
-        return Extreme(found, problem.to_points(inside), False, problem.to_ties(inside))
-    field = admissible(problem, certificate.balance(program, answer.force), inside)
-    found = value(problem, functional, field)
-    most = value_bound(program, functional, answer.twist, field, problem.motions())
-    most -= float(functional[::3] @ program.shift)
-    room = SHARP * max(program.total_load, abs(found) / program.force_unit)
-    motion = problem.to_blocks(answer.twist) + (0.0 if supports is None else supports)
+    field, twists, doubt = inside, [], NO_FORCES
+    for answer in optima(program, -functional, solver):
+        if answer.status.is_infeasible:
+            if _grows(program, functional, answer.force, inside):
+                return Extreme(np.inf, problem.to_points(answer.force), problem.to_ties(answer.force))
+            doubt = NO_RAY
+        elif not answer.status.is_stalled:
+            twists.append(answer.twist)
+            found = admissible(program, certificate.balance(program, answer.force), inside)
+            if found is not None:
+                field = found
+                break
+    doubts = _doubts(problem, functional, twists, field, supports) if twists and doubt != NO_RAY else [doubt]
+    return Extreme(value(problem, functional, field), problem.to_points(field), problem.to_ties(field), tuple(doubts))
+
+
+def _doubts(
+    problem: Problem, functional: Floats, twists: Sequence[Floats], field: Floats, supports: Floats | None
+) -> list[str]:
+    """Why the best of some motions does not prove that a functional is largest under a field; nothing where it does."""
+    program = problem.program
+    assert program is not None
+    total = ASSUMED_FORCE * float(np.linalg.norm(field, axis=1).sum())
+    bounds = [value_bound(program, functional, twist, total, problem.motions()) for twist in twists]
+    found = value(problem, functional, field) / program.force_unit
+    beyond = min(bounds) - float(functional[::3] @ program.shift) - found
+    motion = problem.to_blocks(twists[int(np.argmin(bounds))]) + (0.0 if supports is None else supports)
     motion = unit_motion(problem.assembly, motion)
     doubts = overlap_warnings(problem, motion) or rim_warnings(problem, motion)
-    proven = not (doubts or crushes(problem, motion)) and most - found / program.force_unit <= room
-    return Extreme(found, problem.to_points(field), proven, problem.to_ties(field), tuple(doubts))
+    if crushes(problem, motion):
+        doubts.append(f"{UNPROVEN}: the motion that bounds it crushes contacts without area")
+    if beyond > SHARP * max(program.total_load, abs(found)):
+        past = f"{beyond * program.force_unit:.3g} N past the value"
+        doubts.append(f"{UNPROVEN}: the motion that bounds it does so {past}")
+    return doubts
 
 
 def _grows(program: PenaltyProgram, functional: Floats, ray: Floats, inside: Floats) -> bool:
@@ -589,89 +620,48 @@ def _grows(program: PenaltyProgram, functional: Floats, ray: Floats, inside: Flo
     return False
 
 
-def value_bound(
-    program: PenaltyProgram, functional: Floats, twist: Floats, field: Floats, motions: Sequence[Floats]
-) -> float:
-    """Return what a motion proves that a functional does not exceed.
+def optima(program: PenaltyProgram, cost: Floats, solver: str) -> Iterator[Answer]:
+    """Yield forces in balance of the least cost, then those that are ever smaller and cost a little more.
 
     Parameters
     ----------
     program : PenaltyProgram
         The program.
-    functional : array of float, shape (3 m,)
-        Its row c.
-    twist : array of float, shape (6 n,)
-        The motion u.
-    field : array of float, shape (m, 3)
-        The measure of forces, if some joint still closes.
-    motions : sequence of array, shape (6 n,)
-        Twists that may open every joint.
+    cost : array of float, shape (3 m,)
+        Of each force.
+    solver : str
+        As in `blockstat.assess`.
 
-    Returns
-    -------
-    float
-        In the units of the program, the shift of joint laws included.
-
-    Notes
-    -----
-    For A'u - c in K*, forces in balance have c'f <= (A'u)'f = -w'u. Bounds of single forces are bought as in
-    `blockstat.certificate.check.power`. Where a joint closes by v, forces of at most `ASSUMED_FORCE` times those given
-    add as much times v; or a motion that opens every joint is added to the twist.
+    Yields
+    ------
+    Answer
+        At each of `PRICES`.
     """
-    total = ASSUMED_FORCE * float(np.linalg.norm(field, axis=1).sum())
-    twists = [twist]
-    closing = float(np.maximum(-_rates(program, functional, twist)[0], 0.0).max(initial=0.0))
-    for motion in motions:
-        least = least_slack(program, motion)
-        if least > 0:
-            twists.append(twist + closing / least * motion)
-    return min(_bound(program, functional, moved, total) for moved in twists)
+    for price in PRICES:
+        priced = cost.copy()
+        priced[::3] += price
+        yield solve(conic_program(program, -program.load, offset=priced), solver=solver)
 
 
-def _bound(program: PenaltyProgram, functional: Floats, twist: Floats, total: float) -> float:
-    """As `value_bound`, for one motion and contact forces that add up to so much."""
-    slack, rate = _rates(program, functional, twist)
-    bought, no_slip = np.isfinite(program.upper), np.isinf(program.friction)
-    opening = np.where(no_slip, rate[:, 0], slack)
-    price = np.where(bought, program.upper, 0.0) @ np.maximum(-opening, 0.0)
-    gain = program.lower @ np.maximum(slack, 0.0)
-    slide = np.where(no_slip, np.hypot(rate[:, 1], rate[:, 2]), 0.0)
-    violation = float(np.where(bought, slide, np.maximum(-slack, 0.0)).max(initial=0.0))
-    return float(price - gain - program.load @ twist) + total * violation
-
-
-def _rates(program: PenaltyProgram, functional: Floats, twist: Floats) -> tuple[Floats, Floats]:
-    """The slack of the opening of each point under A'u - c, shape (m,), and these rates, shape (m, 3)."""
-    rate = (program.matrix.T @ twist - functional).reshape(-1, 3)
-    return opening_slack(rate, program.friction), rate
-
-
-def admissible(problem: Problem, balanced: Floats, inside: Floats) -> Floats:
+def admissible(program: PenaltyProgram, balanced: Floats, inside: Floats) -> Floats | None:
     """Return a field, mixed with as little as it takes of one strictly inside its cones to be proven.
 
     Parameters
     ----------
-    problem : Problem
-        The posed problem.
+    program : PenaltyProgram
+        The program.
     balanced : array of float, shape (m, 3)
-        Forces of the program that balance it.
+        Forces that balance it.
     inside : array of float, shape (m, 3)
         Forces strictly inside their cones, as `standing` returns them.
 
     Returns
     -------
-    array of float, shape (m, 3)
-        Admissible forces.
-
-    Raises
-    ------
-    InputError
-        When no mixture can be proven.
+    array of float, shape (m, 3), or None
+        Admissible forces; None where no mixture can be proven.
     """
-    program = problem.program
-    assert program is not None
     for share in SHARES:
         mixed = (1 - share) * balanced + share * inside
         if certificate.check(program, mixed, np.zeros_like(program.load)).proves_stable:
             return mixed
-    raise InputError(f'"{problem.assembly.name}": no force field near the extreme could be proven')
+    return None

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from blockstat.certificate.check import FORCE_TOLERANCE
-from blockstat.certificate.coulomb_state import CoulombCertificate, check_coulomb_state
+from blockstat.certificate.coulomb_state import RATE_ACCURACY, CoulombCertificate, check_coulomb_state
 from blockstat.linear_algebra.normal_equations import normal_equations
 from blockstat.program.conic import conic_program
 from blockstat.program.penalty import PenaltyProgram
@@ -28,6 +28,9 @@ from blockstat.typing import Floats
 #: The programs leave so much of the friction unused. Forces on the surface of the reduced cone stay inside the true one
 #: when they are balanced to the last digits, which changes them by the accuracy of the solver, 1e-8 at worst.
 UNUSED = 1e-4
+#: Slip beside that which friction opposes, relative to the largest rate, that the correction leaves as it is: a tenth
+#: of what the check lets pass.
+OPPOSED = 0.1 * RATE_ACCURACY
 #: Passes of the correction, each of them a factorisation, and of its refinement.
 MOST_PASSES, REFINEMENTS = 4, 3
 #: Normal stiffness of a point at most, in units of 1 / c, in the correction alone: rounding decides about more.
@@ -150,10 +153,14 @@ def _corrected(
         across = np.where(closing > 0, normal / closing, np.inf)
         along = np.where(slip > 0, tangent / slip, 0.0)
     stiffness = np.minimum(np.column_stack([across, along, along]), [[STIFF, 1.0, 1.0]] / np.array(compliance))
-    # The solver's digits end at the largest forces; small ones oppose their slip only after this.
-    touching = np.arange(len(slip))[:, None] < program.n_points
-    opposed = -np.minimum(along, 1.0 / compliance)[:, None] * rate[:, 1:]
-    force = np.column_stack([normal, np.where(touching, opposed, force[:, 1:])])
+    # The solver's digits end at the largest forces; small ones oppose their slip only after this. Where they do so to
+    # within the check they are left alone: slips in stiff joints have fewer digits than the forces.
+    touching = np.arange(len(slip)) < program.n_points
+    stiff = np.minimum(along, 1.0 / compliance)
+    opposed = -stiff[:, None] * rate[:, 1:]
+    aside = np.linalg.norm(force[:, 1:] - opposed, axis=1)
+    turned = touching & (aside > OPPOSED * stiff * np.abs(rate).max(initial=0.0))
+    force = np.column_stack([normal, np.where(turned[:, None], opposed, force[:, 1:])])
     at_bound = (normal <= program.lower * (1 + UNUSED)) | (normal >= program.upper * (1 - 2 * UNUSED))
     stiffness[at_bound & ((program.lower > 0) | np.isfinite(program.upper)), 0] = 0.0
     found = force, displacement

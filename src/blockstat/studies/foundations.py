@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from blockstat.analysis.problem import Problem
-from blockstat.analysis.thrust import admissible, power_on_supports, standing, support_indices
+from blockstat.analysis.thrust import admissible, optima, power_on_supports, standing, support_indices
 from blockstat.analysis.verdict import corner_speed, relative_motion
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
@@ -21,10 +21,8 @@ from blockstat.errors import InputError, check_vector, known_options
 from blockstat.joint import fits
 from blockstat.loads import numbers
 from blockstat.program.bonds import Bonds
-from blockstat.program.conic import conic_program
 from blockstat.program.ties import tied_pairs
 from blockstat.result import Result, Sentence, counted, finite, listed, plain
-from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -352,11 +350,16 @@ def _settled(problem: Problem, inside: Floats, parts: Sequence[tuple[Foundation,
     size = max(float(np.linalg.norm(part.displacement)) for part, _ in parts)
     moves = [_movement(problem, part.joints, own, part.displacement / size) for part, own in parts]
     rate, whole = (np.sum([move[k] for move in moves], axis=0) for k in (0, 1))
-    moved = conic_program(program, -program.load, offset=rate.reshape(-1))
-    answer = solve(moved, solver=solver)
-    if answer.status.is_infeasible:
-        raise InputError(f'"{problem.assembly.name}": the supports cannot move so; the blocks are jammed between them')
-    force = admissible(problem, certificate.balance(program, answer.force), inside)
+    for answer in optima(program, rate.reshape(-1), solver):
+        if answer.status.is_infeasible:
+            raise InputError(
+                f'"{problem.assembly.name}": the supports cannot move so; the blocks are jammed between them'
+            )
+        force = admissible(program, certificate.balance(program, answer.force), inside)
+        if force is not None:
+            break
+    else:
+        raise InputError(f'"{problem.assembly.name}": no force field of the settling blocks could be proven')
     reactions = [_reaction(problem, part.joints, own, force) for part, own in parts]
     return Settlement(
         mechanism=size * (problem.to_blocks(answer.twist) + whole),
