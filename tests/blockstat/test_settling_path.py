@@ -513,7 +513,7 @@ def on_two_edges(movement, turned=(0, 0, 0), origin=(0, 0, 0), **options):
 def test_a_lintel_whose_end_has_come_to_the_rim_of_its_bearing_is_not_held_by_that(steps):
     """It falls when the distance of its right lower corner C from the left rim E is its length, 2.2 m.
 
-    Turned by t it sticks to E and slides at C on the right pier; E is x = 1.9 cos t beside C and z = 1.9 sin t above it.
+    Turned by t it sticks to E and slides at C on the right pier. E is x = 1.9 cos t beside C and z = 1.9 sin t above.
     The right force leans by phi, tan phi = .5, and meets the weight, which acts a = 1.1 cos t - .2 sin t beside C, at a
     height of -a / tan phi. The left one, at an angle g with the normal, meets it at z + (x - a) / tan(t - g). Where g
     reaches phi, it slides at E instead: from there on C goes with the right pier, by 1 across and 2 down.
