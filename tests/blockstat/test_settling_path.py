@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
 from blockstat import (
     Assembly,
@@ -492,3 +493,52 @@ def test_a_lintel_slides_where_it_is_smoother():
     path = settle_to_collapse(smoother, {"right": (1, 0, 0)}, steps=12)
     assert path.collapse == pytest.approx(0.4, rel=1e-3)
     assert not any("several joints" in warning for warning in path.warnings)
+
+
+def on_two_edges(movement, turned=(0, 0, 0), origin=(0, 0, 0), **options):
+    """The path of a lintel on bearings of .3 and .2 m, of which the right one moves; friction .5."""
+    turn = Rotation.from_rotvec(turned).as_matrix()
+    ends = {
+        "left": ((-1, -1, -1), (0.3, 2, 0)),
+        "right": ((2, -1, -1), (3, 2, 0)),
+        "lintel": ((0, 0, 0), (2.2, 1, 0.4)),
+    }
+    blocks = [box(*corners, name=name) for name, corners in ends.items()]
+    blocks = [replace(block, vertices=np.asarray(block.vertices, float) @ turn.T + origin) for block in blocks]
+    asm = Assembly.from_blocks(blocks, supports=["left", "right"], friction=0.5, gravity=turn @ [0, 0, -9.81])
+    return settle_to_collapse(asm, {"right": tuple(turn @ np.asarray(movement, float))}, **options)
+
+
+@pytest.mark.parametrize("steps", [30, 60])
+def test_a_lintel_whose_end_has_come_to_the_rim_of_its_bearing_is_not_held_by_that(steps):
+    """It falls when the distance of its right lower corner C from the left rim E is its length, 2.2 m.
+
+    Turned by t it sticks to E and slides at C on the right pier. E is x = 1.9 cos t beside C and z = 1.9 sin t above.
+    The right force leans by phi, tan phi = .5, and meets the weight, which acts a = 1.1 cos t - .2 sin t beside C, at a
+    height of -a / tan phi. The left one, at an angle g with the normal, meets it at z + (x - a) / tan(t - g). Where g
+    reaches phi, it slides at E instead: from there on C goes with the right pier, by 1 across and 2 down.
+    """
+
+    def beyond_friction(t):
+        x, z, arm = 1.9 * np.cos(t), 1.9 * np.sin(t), 1.1 * np.cos(t) - 0.2 * np.sin(t)
+        return z + (x - arm) / np.tan(t - np.arctan(0.5)) + arm / 0.5
+
+    turn = brentq(beyond_friction, 0.01, 0.4)
+    begins = 1.9 * np.sin(turn) * np.sqrt(5) / 2
+    falls = brentq(
+        lambda s: np.hypot(1.9 * np.cos(turn) + (s - begins) / np.sqrt(5), 2 * s / np.sqrt(5)) - 2.2, begins, 1.0
+    )
+    path = on_two_edges((1, 0, -2), steps=steps)
+    assert path.events[0].parameter == pytest.approx(begins, rel=1e-4)
+    assert path.collapse == pytest.approx(falls, rel=1e-4)
+
+
+@pytest.mark.parametrize("turned", [(0, 0, 0), (0, 2, 1), (-1, 2, 0.5)])
+def test_a_lintel_whose_corner_has_come_to_the_rim_of_the_pier_that_leaves_is_not_held_by_that(turned):
+    """It sticks to the left rim, 1.9 m from the corner, and turns about it as the right pier goes by z across and down.
+
+    The corner leaves that pier, whose rim was at 1.7 m, at 1.9^2 - z^2 = (1.7 + z)^2.
+    """
+    path = on_two_edges((1, 0, -1), turned, origin=(5e5, 4.6e6, 120))
+    across = (np.sqrt(3.4**2 + 8 * (1.9**2 - 1.7**2)) - 3.4) / 4
+    assert path.collapse == pytest.approx(across * np.sqrt(2), rel=1e-4)

@@ -151,6 +151,28 @@ def test_sliding_blocks_of_any_shape_turn_where_the_resultant_reaches_the_edge(w
     assert curve.displacement[-1] == pytest.approx(edge - width / 2, rel=WITHIN)
 
 
+@pytest.mark.parametrize("unit", [1.0, 0.1])
+def test_a_stack_slides_to_an_edge_and_turns_over_it_whatever_the_unit_of_length(unit):
+    """The resultant is at the edge when the common centroid, at a height h, is .35 h before it.
+
+    From there on the stack turns about the edge, until its centroid is above that: by arctan .35. The control is the
+    centroid of the slab, which is then .35 h behind the edge and .25 above it.
+    """
+    boxes = {
+        "ground": ((-2, -2, -1), (1.6, 3, 0)),
+        "slab": ((0, 0, 0), (1, 1, 0.5)),
+        "block": ((0.2, 0, 0.5), (0.8, 1, 0.8)),
+    }
+    blocks = [box(*unit * np.array(ends), name=name) for name, ends in boxes.items()]
+    curve = capacity(assembled(blocks, friction=0.35), (1, 0, 0), control="slab")
+    behind = 0.35 * (0.5 * 0.25 + 0.18 * 0.65) / (0.5 + 0.18)
+    turn = np.arctan(0.35)
+    ahead = -behind * np.cos(turn) + 0.25 * np.sin(turn)
+    assert curve.outcome.word == "zero"
+    assert curve.events[0].parameter == pytest.approx(unit * (1.1 - behind), rel=1e-5)
+    assert curve.displacement[-1] == pytest.approx(unit * (1.1 + ahead), rel=1e-5)
+
+
 @pytest.mark.parametrize("slope", [0.1, -0.1])
 def test_a_block_slides_down_or_up_a_slope_to_its_edge(slope):
     gravity = (9.81 * np.sin(slope), 0, -9.81 * np.cos(slope))

@@ -61,6 +61,8 @@ class AfterEvent:
     def _after_jump(self, state: PathState, beyond: PathState | None) -> Iterator[PathState | PathEvent | PathEnd]:
         mechanism = (beyond or state).forces.mechanism
         before, opened, shut, end = state, [], [], PathEnd.LOST
+        if beyond is not None and len(gone := _joints_gone(state.linkage, beyond.linkage)):
+            state, opened = beyond, gone  # what the joints have held falls without them
         for _ in range(MAX_JUMPS):
             point = state.point
             landing = jump(state.linkage, point.pose, point.parameter, mechanism, point.tangent)
@@ -186,6 +188,12 @@ class AfterEvent:
             return
         yield _event("closing", state, found, [], joints)
         yield found
+
+
+def _joints_gone(before: Linkage, after: Linkage) -> list[int]:
+    """The joints that are closed before and have no contact points after, as their blocks have slid off each other."""
+    gone: list[int] = np.setdiff1d(before.contacts.joint[before.closed], after.contacts.joint).tolist()
+    return gone
 
 
 def _event(

@@ -9,20 +9,22 @@ import numpy as np
 from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.displaced.contact_pairs import (
     CORNER_TOLERANCE,
+    JUST_CLOSED_GAP,
     ZERO_GAP,
+    ContactPairs,
     concatenate,
     gaps,
     pair_points,
 )
 from blockstat.large_displacement.displaced.contact_status import contact_status
-from blockstat.large_displacement.displaced.face_overlap import overlap_points
+from blockstat.large_displacement.displaced.face_overlap import AREA_CORNERS, overlap_points
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.typing import Floats
 
-#: New contact points whose gap is below this are closed. Relative to the largest free block. Chosen: a thousand
-#: times `ZERO_GAP`, as the corners of an overlap are not the points that the linkage holds together.
-OVERLAP_GAP = 1e3 * ZERO_GAP
+#: With associated flow, new contact points that are open by no more than this beside the least open one are closed.
+#: Relative to the largest free block. Chosen: a thousand times `ZERO_GAP`, as no equations hold their gaps.
+OPENED_GAP = 1e3 * ZERO_GAP
 #: How far a linkage moves on where two corners coincide, to see which of them stays above a face. Relative to the
 #: largest free block. Chosen: a hundred times the distance within which a point is a corner.
 LOOK_AHEAD = 100 * CORNER_TOLERANCE
@@ -51,15 +53,19 @@ def with_new_sliding_contacts(linkage: Linkage, pose: Pose, parameter: float, mo
     if not len(joints):
         return linkage
     kept = ~np.isin(contacts.joint, joints)
-    found = overlap_points(linkage.structure, contacts, joints, pose, parameter)
+    found = _with_bearing(overlap_points(linkage.structure, contacts, joints, pose, parameter))
     merged = concatenate([contacts.select(np.flatnonzero(kept)), found])
     new = np.arange(merged.number) >= kept.sum()
     gap = np.where(new, gaps(linkage.assembly, merged, pose, parameter), np.inf)
-    # With associated flow a joint that has slid is open; its contacts are where it is least open.
-    least = max(float(gap.min(initial=np.inf)), 0.0) if linkage.associated else 0.0
-    if linkage.associated:  # such a joint is open as soon as it slides, and its strength is lost
+    # Faces tilted by t touch in a line. Where it is the rim of one, the edge of the other is open by t times what is
+    # left of the bearing. It counts as closed, with the normal of the other face, where that is below 1e-8 / t of the
+    # size. With t above .01 the bearing is lost by then (`CORNER_TOLERANCE`); with less, both normals are alike.
+    size, open_by = float(free_sizes(linkage.assembly).max()), JUST_CLOSED_GAP
+    least = 0.0
+    if linkage.associated:  # a joint that has slid is open, and has lost its strength; it bears where it is least open
+        least, open_by = max(float(gap.min(initial=np.inf)), 0.0), OPENED_GAP
         merged = replace(merged, area=np.where(new & (merged.friction > 0), 0.0, merged.area))
-    near = gap <= OVERLAP_GAP * float(free_sizes(linkage.assembly).max()) + linkage.flaw_of_gaps + least
+    near = gap <= open_by * size + linkage.flaw_of_gaps + least
     was_sticking, was_sliding = (
         np.concatenate([mask[kept], np.zeros(new.sum(), bool)]) for mask in (linkage.sticking, linkage.sliding)
     )
@@ -70,6 +76,15 @@ def with_new_sliding_contacts(linkage: Linkage, pose: Pose, parameter: float, mo
     renewed = replace(touching, sticking=was_sticking | (sticking & new), sliding=was_sliding | (sliding & new))
     two_corners = renewed.sliding & merged.corner.all(axis=1) & new
     return _one_sided(renewed, pose, parameter, motion, two_corners) if two_corners.any() else renewed
+
+
+def _with_bearing(found: ContactPairs) -> ContactPairs:
+    """The corners of those overlaps that have an area.
+
+    A block whose edge has come to the rim of its bed has left it. Forces between the two edges may balance the loads
+    there, but the rim is then a knife edge without width: which way it holds is a matter of rounding.
+    """
+    return found.select(np.flatnonzero(np.bincount(found.joint)[found.joint] >= AREA_CORNERS))
 
 
 def _one_sided(linkage: Linkage, pose: Pose, parameter: float, motion: Floats, rows: np.ndarray) -> Linkage:

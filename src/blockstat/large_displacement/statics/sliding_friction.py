@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from blockstat.analysis.thrust import power_on_supports
-from blockstat.analysis.verdict import relative_motion
+from blockstat.analysis.verdict import corner_speed, relative_motion
 from blockstat.certificate import check as certificate
 from blockstat.large_displacement.displaced.structure import Configuration
 from blockstat.large_displacement.statics.equilibrium import (
@@ -31,8 +31,8 @@ from blockstat.typing import Floats, Ints
 #: work by rounding only, 1e-16 of the loads, so their motion stays below 1e-16 / 1e-10 = 1e-6. The program leaves
 #: unbalanced this weight times the motion; where that is more than rounding, no equilibrium exists.
 MOTION_WEIGHT = 1e-10
-#: Contacts that slip more slowly than this stick. Relative to the largest rate of the motion. Chosen: above what
-#: solvers leave.
+#: Contacts that slip more slowly than this stick. Relative to the fastest corner, or to the supports. Chosen: above
+#: what solvers leave.
 STICKING_SPEED = 1e-4
 #: Steps of Newton's method at most in which the direction of slip is corrected. Chosen: slips turn by less than
 #: `STICKING_SPEED`, so the first leaves that part of the error.
@@ -83,7 +83,8 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
     if structure.live is None:
         rate = rate + driven[: program.n_points]
     slip = np.hypot(rate[:, 1], rate[:, 2])
-    slides = slip > STICKING_SPEED * np.abs(motion).max(initial=0.0)
+    fastest = float(corner_speed(problem.assembly, motion).max(initial=0.0))
+    slides = slip > STICKING_SPEED * max(fastest, float(structure.live is None))
     point = np.flatnonzero(slides & (program.friction[: program.n_points] > 0))
     sliding = _Sliding(point, rate[point, 1:] / slip[point, None], program.friction[point, None])
     load = np.zeros_like(program.load)
