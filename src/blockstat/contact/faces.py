@@ -186,6 +186,38 @@ def surface_heights(assembly: Polyhedra, face: Ints, normal: Floats, point: Floa
     return surface - np.einsum("nkj,nj->nk", offset, normal)
 
 
+def gaps_of_planes(
+    assembly: Polyhedra, fa: Ints, fb: Ints, frame: Floats, origin: Floats, polygon: Floats, count: Ints
+) -> tuple[Floats, Floats, Floats]:
+    """Return gaps and overlaps of flat faces over the corners of their patch.
+
+    Parameters
+    ----------
+    assembly, fa, fb, frame, origin, polygon, count
+        As in `gaps_of_surfaces`; a patch may have no corners.
+
+    Returns
+    -------
+    gap : array of float, shape (n,)
+        Largest distance along n at the corners of a patch [m].
+    overlap : array of float, shape (n,)
+        How far the first block reaches into the second there at most [m].
+    middle : array of float, shape (n,)
+        Height of the middle between the two faces over the plane of the patch, as faces that are not parallel do not
+        meet halfway between their centres [m].
+    """
+    height = []
+    live = np.arange(polygon.shape[1]) < count[:, None]
+    for face in (fa, fb):
+        local = np.einsum("nij,nj->ni", frame, assembly.planes.normal[face])
+        offset = np.einsum("nj,nj->n", assembly.planes.centre[face] - origin, assembly.planes.normal[face])
+        inplane = np.einsum("nkj,nj->nk", polygon, local[:, 1:])
+        height.append((offset[:, None] - inplane) / local[:, :1])
+    middle = np.where(live, height[0] + height[1], 0.0).sum(axis=1) / (2 * np.maximum(count, 1))
+    apart = np.where(live, height[1] - height[0], 0.0)
+    return np.abs(apart).max(axis=1, initial=0.0), -apart.min(axis=1, initial=0.0), middle
+
+
 def gaps_of_surfaces(
     assembly: Polyhedra, fa: Ints, fb: Ints, frame: Floats, origin: Floats, polygon: Floats, count: Ints
 ) -> tuple[Floats, Floats]:

@@ -24,12 +24,13 @@ from blockstat.contact.faces import (
     convex_faces,
     flatness,
     frames,
+    gaps_of_planes,
     gaps_of_surfaces,
     planar,
 )
 from blockstat.contact.features import ContactKind
 from blockstat.contact.known_contacts import Tolerances
-from blockstat.contact.overlap.back_to_back import back_to_back
+from blockstat.contact.overlap.back_to_back import back_to_back, centres
 from blockstat.contact.overlap.beds import keys_of_overlap
 from blockstat.contact.tolerance import GAP, allowed_gap, stated_length
 from blockstat.errors import known_options
@@ -338,13 +339,13 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats, bent
         patches.append(concave_patches(assembly, fa, fb, frame, origin, np.flatnonzero(~simple), WIDTH))
     found = []
     for batch, polygon, count, filling in patches:
-        gap, overlap, middle = _gaps(assembly, fa[batch], fb[batch], frame[batch], origin[batch], polygon, count)
+        faces = fa[batch], fb[batch]
+        gap, overlap, middle = gaps_of_planes(assembly, *faces, frame[batch], origin[batch], polygon, count)
         warped = np.flatnonzero((bent[fa[batch]] | bent[fb[batch]]) & (count > 0))
         own = batch[warped]
         sides = fa[own], fb[own], frame[own], origin[own]
         gap[warped], overlap[warped] = gaps_of_surfaces(assembly, *sides, polygon[warped], count[warped])
-        inside = origin[batch] + np.einsum("nk,nkj->nj", _centres(polygon, count, filling), frame[batch, 1:])
-        overlap = np.where(count > 0, overlap, 0.0)
+        inside = origin[batch] + np.einsum("nk,nkj->nj", centres(polygon, count, filling), frame[batch, 1:])
         found.append(
             _Pieces(
                 pair=np.column_stack([assembly.face_block[fa[batch]], assembly.face_block[fb[batch]]]),
@@ -355,39 +356,11 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats, bent
                 gap=gap,
                 overlap=overlap,
                 rough=rough[fa[batch]] + rough[fb[batch]],
-                behind=back_to_back(assembly, (fa[batch], fb[batch]), frame[batch], inside, overlap),
+                behind=back_to_back(assembly, faces, frame[batch], inside, overlap),
                 filling=filling,
             )
         )
     return found
-
-
-def _gaps(
-    assembly: Assembly, fa: Ints, fb: Ints, frame: Floats, origin: Floats, polygon: Floats, count: Ints
-) -> tuple[Floats, Floats, Floats]:
-    """Largest distance and overlap along n of two faces over the corners of their patch, and the height of the middle.
-
-    Faces that are not parallel do not meet halfway between their centres.
-    """
-    height = []
-    live = np.arange(polygon.shape[1]) < count[:, None]
-    for face in (fa, fb):
-        local = np.einsum("nij,nj->ni", frame, assembly.planes.normal[face])
-        offset = np.einsum("nj,nj->n", assembly.planes.centre[face] - origin, assembly.planes.normal[face])
-        inplane = np.einsum("nkj,nj->nk", polygon, local[:, 1:])
-        height.append((offset[:, None] - inplane) / local[:, :1])
-    middle = np.where(live, height[0] + height[1], 0.0).sum(axis=1) / (2 * np.maximum(count, 1))
-    apart = np.where(live, height[1] - height[0], 0.0)
-    return np.abs(apart).max(axis=1, initial=0.0), -apart.min(axis=1, initial=0.0), middle
-
-
-def _centres(polygon: Floats, count: Ints, filling: dict[int, list[Floats]]) -> Floats:
-    """A point of each patch in its plane: the mean corner, of the largest convex piece where it has several."""
-    live = np.arange(polygon.shape[1]) < count[:, None]
-    centre: Floats = np.where(live[..., None], polygon, 0.0).sum(axis=1) / np.maximum(count, 1)[:, None]
-    for row, pieces in filling.items():
-        centre[row] = max(pieces, key=lambda piece: clip.area(piece[None], np.array([len(piece)]))[0]).mean(axis=0)
-    return centre
 
 
 def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs: Ints) -> Interfaces:

@@ -16,7 +16,7 @@ from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome, CapacityPoint
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
-from blockstat.large_displacement.displaced.contact_status import contact_status, tie_status
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST
 from blockstat.large_displacement.displaced.control import Control, read_control
 from blockstat.large_displacement.displaced.loads import moved_with_centroids, read_loads
 from blockstat.large_displacement.displaced.local_origin import control_about, structure_about_middle
@@ -27,13 +27,13 @@ from blockstat.large_displacement.finite_steps.whole_path import follow_path, pa
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.parts import part_that_moves_control
-from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
+from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.self_stress import carried_without_self_stress, warning_of_self_stress
 from blockstat.large_displacement.shared_slip import joint_that_slides_alone
-from blockstat.large_displacement.statics.limit_state import associated_multiplier, limit_state
+from blockstat.large_displacement.statics.limit_state import associated_multiplier
 from blockstat.large_displacement.strength import warning_of_strength
-from blockstat.large_displacement.unstable_mixture import without_unstable_mixture
+from blockstat.large_displacement.unstable_mixture import MechanismFinder
 from blockstat.result import listed
 from blockstat.solve.dispatch import CHOICES
 from blockstat.typing import Floats, Ints
@@ -156,14 +156,15 @@ def capacity(
     near = control_about(moved, origin)
     linkage, begun = _linkage_that_begins(structure, limit, near, associated=flow == "associated")
     states = StateSolver(structure, structure.multiplier)
-    linkage, begun = without_unstable_mixture(states, linkage, begun, *wrenches, gap=gap, solver=solver)
+    finder = MechanismFinder(states)
+    linkage, begun = _without_unstable_mixture(finder, linkage, begun)
     alone = joint_that_slides_alone(states, linkage, start, begun.mechanism)
     linkage, motion = (linkage, begun.mechanism) if alone is None else alone[:2]
     first = states.first(linkage, start, motion)
     end = displacement or FAR * float(np.ptp(assembly.vertices, axis=0).max())
     step = _first_step(states, first, limit.assembly, end, steps)
     step = step if alone is None else alone.step(step)
-    follower = LinkageFollower(states, _mechanism_of_limit_load, end, step, tolerance)
+    follower = LinkageFollower(states, finder, end, step, tolerance)
     record = _followed(follower, linkage, start, motion, begun, first, steps, progress, each)
     if not record.points:
         raise InputError(f'"{assembly.name}": the mechanism of the limit load cannot be followed from rest')
@@ -260,17 +261,15 @@ def _equal_parts(record: _Record, limit: LimitLoad, left: Ints) -> tuple[bool, l
     return moves, [f"other parts begin to move at the same multiplier and {fate}: {names}"]
 
 
-def _mechanism_of_limit_load(
-    linkage: Linkage, pose: Pose, parameter: float, sticking_speed: float
-) -> tuple[Linkage, Floats] | PathEnd:
-    """The mechanism that begins at a pose: that of the limit load with associated flow at the displaced geometry."""
-    here = linkage.configuration(pose, parameter)
-    found = limit_state(here)
-    if (end := end_at(found)) is not None:
-        return end
-    sticking, sliding = contact_status(here, found.mechanism, sticking_speed=sticking_speed)
-    ties, slack = tie_status(here, found.mechanism, sticking_speed=sticking_speed)
-    return replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack), found.mechanism
+def _without_unstable_mixture(finder: MechanismFinder, linkage: Linkage, begun: LimitLoad) -> tuple[Linkage, LimitLoad]:
+    """The mechanism at rest, or the one onto which it would roll off."""
+    shut = replace(linkage, sticking=np.ones_like(linkage.sticking), sliding=np.zeros_like(linkage.sliding))
+    start, own = rest_pose(begun.assembly), (linkage, begun.mechanism)
+    rolled, motion = finder.without_unstable_mixture(shut, start, 0.0, STICKING_SPEED_AT_REST, own)
+    if rolled is linkage:
+        return linkage, begun
+    value = linkage.structure.multiplier(start, 0.0, motion)
+    return rolled, replace(begun, mechanism=unit_motion(begun.assembly, motion), upper=max(begun.upper, value))
 
 
 def _first_step(states: StateSolver, state: PathState | None, assembly: Assembly, end: float, steps: int) -> float:

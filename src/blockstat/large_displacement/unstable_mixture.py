@@ -1,9 +1,11 @@
-"""A mechanism that is a mixture of others which begin at the same multiplier, and is in unstable equilibrium.
+"""The mechanism that begins at a pose; of a mixture that is in unstable equilibrium, the part that it rolls off to.
 
 A square pier that is pushed along its diagonal tips about either of two edges, and rocks on their corner, at the same
 multiplier. The last is a mixture of the other two, and a solver that finds the middle of all motions finds it. Rocking
 on its corner the pier is in equilibrium as a ball on a ridge is: its potential energy at a given displacement of the
-control is largest there, and it rolls off sideways onto an edge. There the multiplier falls faster.
+control is largest there, and it rolls off sideways onto an edge. There the multiplier falls faster. So does a block
+that slides until its thrust is at the corner of its bed: which of all turns about that corner a solver finds is
+rounding, and most of them leave the ridge at once.
 
 So where a mechanism leaves the blocks free to move aside at the same displacement of the control, the live load is
 nudged to either side. Of the mechanisms found, those count whose multiplier under the load itself is the same, and the
@@ -12,17 +14,19 @@ one is followed whose multiplier falls fastest.
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
-from blockstat.analysis.verdict import corner_speed, unit_motion
-from blockstat.large_displacement.displaced.pose import free_sizes, rest_pose
+from blockstat.analysis.verdict import corner_speed
+from blockstat.large_displacement.displaced.contact_status import contact_status, tie_status
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
 from blockstat.large_displacement.linkage.kinematics import motion_at_fixed_parameter
-from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
+from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.linkage.path import PathEnd, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.statics.limit_state import limit_state
+from blockstat.loading.placed import at_centroids
 from blockstat.typing import Floats
 
 #: Speeds below this say that blocks are not free to move aside. Relative to the fastest corner. Chosen: far above what
@@ -38,67 +42,101 @@ SAME_VALUE = 1e-6
 A_LITTLE_WAY = 1e-3
 
 
-def without_unstable_mixture(
-    states: StateSolver,
-    linkage: Linkage,
-    limit: LimitLoad,
-    live: Floats,
-    dead: Floats,
-    *,
-    gap: float | str,
-    solver: str,
-) -> tuple[Linkage, LimitLoad]:
-    """Return the mechanism that begins, or the one onto which it would roll off.
+@dataclass(frozen=True, eq=False)
+class MechanismFinder:
+    """Finds the mechanism of the limit load that begins at a pose."""
 
-    Parameters
-    ----------
-    states
-        Finds states of linkages of the structure.
-    linkage
-        Of the mechanism of the limit load, at rest.
-    limit
-        The limit load.
-    live, dead
-        The load that grows and the loads that stay beside the weight, shape (n_blocks, 6) [N, N m].
-    gap, solver
-        As in `blockstat.limit_load`.
+    states: StateSolver
 
-    Returns
-    -------
-    linkage : Linkage
-        The given one where the blocks are not free to move aside, where joints slide, and where no other mechanism has
-        a multiplier that is the same and falls faster.
-    limit : LimitLoad
-        With the mechanism of the linkage.
-    """
-    if linkage.sliding.any() or linkage.control is None:
-        return linkage, limit
-    assembly, start = limit.assembly, rest_pose(limit.assembly)
-    up = -assembly.gravity / max(float(np.linalg.norm(assembly.gravity)), 1e-300)
-    across = np.zeros_like(limit.mechanism)
-    across[:, 3:] = np.cross(limit.mechanism[:, 3:], up)
-    aside = motion_at_fixed_parameter(linkage, start, 0.0, across)
-    if float(corner_speed(assembly, aside).max(initial=0.0)) <= FREE * float(corner_speed(assembly, across).max()):
-        return linkage, limit
-    push = np.zeros_like(live)
-    push[:, :3] = assembly.mass[:, None] * aside[:, :3]
-    push *= NUDGE * np.linalg.norm(live[:, :3]) / max(float(np.linalg.norm(push)), 1e-300)
-    found = [(linkage, limit)]
-    for side in (1.0, -1.0):
-        options: dict[str, Any] = {"loads": dead, "interfaces": limit.interfaces, "gap": gap, "solver": solver}
-        nudged = limit_load(assembly, live + side * push, optimum=True, **options)
-        own = states.structure.multiplier(start, 0.0, nudged.mechanism)
-        if nudged.outcome is LoadOutcome.LIMIT and own <= (1 + SAME_VALUE) * limit.upper:
-            other = replace(limit, mechanism=unit_motion(assembly, nudged.mechanism), upper=max(limit.upper, own))
-            begun = linkage_at_rest(states.structure, other.mechanism, linkage.control, associated=linkage.associated)
-            found.append((replace(begun, left_at_rest=linkage.left_at_rest), other))
-    return min(found, key=lambda each: _a_little_way_on(states, *each))
+    def __call__(
+        self, linkage: Linkage, pose: Pose, parameter: float, sticking_speed: float
+    ) -> tuple[Linkage, Floats] | PathEnd:
+        """Return the mechanism that begins at a pose, with associated flow at the displaced geometry.
+
+        Parameters
+        ----------
+        linkage
+            Its closed contacts are those that may carry.
+        pose, parameter
+            Where it is.
+        sticking_speed
+            As in `contact_status`.
+
+        Returns
+        -------
+        tuple or PathEnd
+            As `FindMechanism` has it.
+        """
+        begun = _mechanism_of_limit_load(linkage, pose, parameter, sticking_speed)
+        if isinstance(begun, PathEnd):
+            return begun
+        return self.without_unstable_mixture(linkage, pose, parameter, sticking_speed, begun)
+
+    def without_unstable_mixture(
+        self,
+        before: Linkage,
+        pose: Pose,
+        parameter: float,
+        sticking_speed: float,
+        begun: tuple[Linkage, Floats],
+    ) -> tuple[Linkage, Floats]:
+        """Return the mechanism that begins, or the one onto which it would roll off.
+
+        Parameters
+        ----------
+        before, pose, parameter, sticking_speed
+            As in a call.
+        begun
+            The linkage of a mechanism that begins there, and its motion, shape (n_blocks, 6).
+
+        Returns
+        -------
+        linkage, motion
+            Those given where the blocks are not free to move aside, where joints slide, and where no other mechanism
+            has a multiplier that is the same and falls faster.
+        """
+        linkage, motion = begun
+        if linkage.sliding.any() or linkage.control is None:
+            return begun
+        structure, assembly = before.structure, before.assembly
+        there = displaced_assembly(assembly, pose)
+        up = -assembly.gravity / max(float(np.linalg.norm(assembly.gravity)), 1e-300)
+        across = np.zeros_like(motion)
+        across[:, 3:] = np.cross(motion[:, 3:], up)
+        aside = motion_at_fixed_parameter(linkage, pose, parameter, across)
+        if float(corner_speed(there, aside).max(initial=0.0)) <= FREE * float(corner_speed(there, across).max()):
+            return begun
+        assert structure.live is not None
+        push = np.zeros_like(motion)
+        push[:, :3] = assembly.mass[:, None] * aside[:, :3]
+        live = np.linalg.norm(structure.live_load(pose)[:, :3])
+        push *= NUDGE * live / max(float(np.linalg.norm(push)), 1e-300)
+        most = (1 + SAME_VALUE) * structure.multiplier(pose, parameter, motion)
+        found = [begun]
+        for side in (1.0, -1.0):
+            nudged = replace(structure, live=structure.live.plus(at_centroids(assembly, side * push)))
+            other = _mechanism_of_limit_load(replace(before, structure=nudged), pose, parameter, sticking_speed)
+            if not isinstance(other, PathEnd) and structure.multiplier(pose, parameter, other[1]) <= most:
+                found.append((replace(other[0], structure=structure), other[1]))
+        return min(found, key=lambda each: self._a_little_way_on(*each, pose, parameter))
+
+    def _a_little_way_on(self, linkage: Linkage, motion: Floats, pose: Pose, parameter: float) -> float:
+        """The multiplier of a linkage a little way on; infinite where it cannot be followed."""
+        state = self.states.first(linkage, pose, motion, parameter)
+        if state is None or not state.forces.admissible:
+            return np.inf
+        distance = A_LITTLE_WAY * float(free_sizes(linkage.assembly).max())
+        ahead = self.states.point_at(state, parameter + distance)
+        return np.inf if ahead is None else ahead.value
 
 
-def _a_little_way_on(states: StateSolver, linkage: Linkage, limit: LimitLoad) -> float:
-    """The multiplier of a linkage a little way from rest; infinite where it cannot be followed."""
-    state = states.first(linkage, rest_pose(limit.assembly), limit.mechanism)
-    if state is None or not state.forces.admissible:
-        return np.inf
-    ahead = states.point_at(state, A_LITTLE_WAY * float(free_sizes(limit.assembly).max()))
-    return np.inf if ahead is None else ahead.value
+def _mechanism_of_limit_load(
+    linkage: Linkage, pose: Pose, parameter: float, sticking_speed: float
+) -> tuple[Linkage, Floats] | PathEnd:
+    here = linkage.configuration(pose, parameter)
+    found = limit_state(here)
+    if (end := end_at(found)) is not None:
+        return end
+    sticking, sliding = contact_status(here, found.mechanism, sticking_speed=sticking_speed)
+    ties, slack = tie_status(here, found.mechanism, sticking_speed=sticking_speed)
+    return replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack), found.mechanism

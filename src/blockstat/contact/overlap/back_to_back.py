@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.geometry import clipping as clip
 from blockstat.geometry.polyhedron import members, next_in_face
 from blockstat.typing import Floats, Ints
 
@@ -52,6 +54,30 @@ def back_to_back(
         ]
         lost[rows] = thickness[0] + thickness[1] < 2 * overlap[rows]
     return lost
+
+
+def centres(polygon: Floats, count: Ints, filling: Mapping[int, Sequence[Floats]]) -> Floats:
+    """Return a point of each patch in its plane.
+
+    Parameters
+    ----------
+    polygon : array, shape (n, k, 2)
+        Corners of the patches [m].
+    count : array of int, shape (n,)
+        How many of them each patch has.
+    filling : mapping of int to sequence of array, shape (m, 2)
+        Convex pieces of the patches that do not fill their polygon.
+
+    Returns
+    -------
+    array, shape (n, 2)
+        The mean corner, of the largest piece where there are several [m].
+    """
+    live = np.arange(polygon.shape[1]) < count[:, None]
+    centre: Floats = np.where(live[..., None], polygon, 0.0).sum(axis=1) / np.maximum(count, 1)[:, None]
+    for row, pieces in filling.items():
+        centre[row] = max(pieces, key=lambda piece: clip.area(piece[None], np.array([len(piece)]))[0]).mean(axis=0)
+    return centre
 
 
 def _thickness(assembly: Assembly, face: Ints, frame: Floats, point: Floats, most: Floats) -> Floats:

@@ -51,7 +51,13 @@ def with_overlap_points(
 
 
 def overlap_points(
-    structure: Structure, contacts: ContactPairs, joints: Ints, pose: Pose, parameter: float
+    structure: Structure,
+    contacts: ContactPairs,
+    joints: Ints,
+    pose: Pose,
+    parameter: float,
+    *,
+    lean: Floats | None = None,
 ) -> ContactPairs:
     """Return the corners of the overlap of the two faces of joints, projected along the mean of their normals.
 
@@ -59,6 +65,8 @@ def overlap_points(
     ----------
     structure, contacts, joints, pose, parameter
         As in `with_overlap_points`.
+    lean
+        What is added to the mean unit normal for the direction of projection, shape (n_interfaces, 3); None for zero.
 
     Returns
     -------
@@ -76,10 +84,10 @@ def overlap_points(
     turned = pose.rotation[pair] @ at_rest.transpose(0, 2, 1)[:, None]
     frame = _mean_frames(turned)
     normal = turned[..., 0]
-    width = faces.shape[2]
-    now = displaced_points(assembly, pose, np.repeat(pair, width), faces.reshape(-1, 3)).reshape(faces.shape)
+    now = displaced_points(assembly, pose, np.repeat(pair, faces.shape[2]), faces.reshape(-1, 3)).reshape(faces.shape)
     now += parameter * drive[:, :, None]
-    outline = np.einsum("ksci,kti->ksct", now, frame[:, 1:])
+    direction, plane = _projection(frame, np.zeros((len(pair), 3)) if lean is None else lean[joint])
+    outline = np.einsum("ksci,kti->ksct", now, plane)
     # A support is the window: its corners may be far away, and would take the last digits of those of the other block.
     row, cut = np.arange(len(pair)), assembly.support[pair[:, 0]].astype(int)
     polygon, count = clip(outline[row, cut], outline[row, 1 - cut])
@@ -91,7 +99,7 @@ def overlap_points(
     own, which = own[kept], which[kept]
     point = polygon[own, which]
     flat = np.einsum("nt,nti->ni", point, frame[own, 1:])
-    across, slope = frame[own, 0], np.einsum("ki,ksi->ks", frame[:, 0], normal)[own]
+    across, slope = direction[own], np.einsum("ki,ksi->ks", direction, normal)[own]
     height = np.einsum("nsi,nsi->ns", now[own, :, 0] - flat[:, None], normal[own]) / slope
     place = flat[:, None] + height[..., None] * across[:, None]
     distance = np.linalg.norm(point[:, None, None] - outline[own], axis=3).min(axis=2)
@@ -117,6 +125,15 @@ def overlap_points(
         drive=drive[own],
         edge=edge,
     )
+
+
+def _projection(frame: Floats, lean: Floats) -> tuple[Floats, Floats]:
+    """Directions of projection, and vectors whose products with points do not change along them; (n, 3), (n, 2, 3)."""
+    normal, tangents = frame[:, 0], frame[:, 1:]
+    slope = np.einsum("nti,ni->nt", tangents, lean)
+    direction: Floats = normal + np.einsum("nt,nti->ni", slope, tangents)
+    plane: Floats = tangents - slope[..., None] * normal[:, None]
+    return direction, plane
 
 
 def _certainty(

@@ -21,8 +21,8 @@ MAX_JUMPS = 20
 #: what solvers leave, and larger parts of a mixture of two mechanisms.
 STICKING_SPEEDS = (STICKING_SPEED, 1e-3, 1e-2)
 #: How far beyond its limit a mechanism is looked for that follows it. Relative to the accuracy to which the limit is
-#: located; the last reaches the tolerance of the path.
-DISTANCES_BEYOND = (1.0, 10.0, 100.0)
+#: located; the second reaches the tolerance of the path. At the last the multipliers of two mechanisms differ least.
+DISTANCES_BEYOND = (10.0, 100.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,8 +129,8 @@ class AfterEvent:
         """The state of another mechanism where a joint ceases to slide; None where there is none.
 
         Just beyond its limit two mechanisms have the same multiplier to rounding, and a solver finds a mixture of both.
-        So the other mechanism is looked for further on too, up to the tolerance, and without its slower part. Only
-        mechanisms with forces in equilibrium count.
+        Its forces may balance there, too. So the other mechanism is first looked for further on, up to the tolerance,
+        and without its slower part. Only mechanisms with forces in equilibrium count.
         """
         start = state.point.parameter
         width = beyond.point.parameter - start
@@ -144,7 +144,7 @@ class AfterEvent:
             if isinstance(following, PathEnd):
                 continue
             found = self.solver.state(*following)
-            if not (found.forces.admissible and self._goes_on(found, DISTANCES_BEYOND[-1] * width)):
+            if not (found.forces.admissible and self._goes_on(found, max(DISTANCES_BEYOND) * width)):
                 continue
             if found.forces.proven:
                 return found

@@ -21,6 +21,7 @@ import numpy as np
 from scipy import sparse
 
 from blockstat.large_displacement.displaced.contact_pairs import edge_crossings, gap_normals, pair_points
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
 from blockstat.large_displacement.displaced.pose import Pose, displaced_points, free_sizes
 from blockstat.large_displacement.displaced.velocity_rows import (
     VelocityRows,
@@ -228,7 +229,7 @@ def _equations(linkage: Linkage, pose: Pose, parameter: float, motion: Floats) -
     slid, across, place = _sliding_normals(linkage, pose, points)
     gap = np.einsum("ni,ni->n", across, apart[slid])
     if linkage.associated:
-        across, gap = across - _dilatancy(linkage, pose, slid, place, across, motion), 0.0 * gap
+        across, gap = across - slip_friction(linkage, pose, slid, place, across, motion), 0.0 * gap
     one, two = (np.vstack([np.repeat(points[stuck, side], 3, axis=0), place]) for side in (0, 1))
     pair = contacts.pair[np.append(np.repeat(stuck, 3), slid)]
     normals = np.vstack([np.tile(np.eye(3), (len(stuck), 1)), across])
@@ -261,8 +262,27 @@ def _sliding_normals(linkage: Linkage, pose: Pose, points: Floats) -> tuple[Ints
     return slid, across, place
 
 
-def _dilatancy(linkage: Linkage, pose: Pose, rows: Ints, place: Floats, normal: Floats, motion: Floats) -> Floats:
-    """Friction times the direction of slip of contacts that slide, shape (n, 3)."""
+def slip_friction(linkage: Linkage, pose: Pose, rows: Ints, place: Floats, normal: Floats, motion: Floats) -> Floats:
+    """Return friction times the direction of slip of contacts.
+
+    Parameters
+    ----------
+    linkage, pose
+        The linkage, and where it is.
+    rows
+        Numbers of the contacts, shape (n,).
+    place
+        Where they are, shape (n, 3) [m].
+    normal
+        Their unit normals, shape (n, 3).
+    motion
+        Of any magnitude, shape (n_blocks, 6).
+
+    Returns
+    -------
+    Floats
+        Shape (n, 3): mu t, with t the unit vector along the slip of b over a, or zero where there is none.
+    """
     velocity = []
     for block in linkage.contacts.pair[rows].T:
         arm = place - pose.centroids(linkage.assembly)[block]
@@ -317,12 +337,16 @@ def _least_change(
     The last row is that of the control, if there is one, and `more` rows follow it. These are no contacts, so they are
     kept exactly, unless the matrix is sparse. Each other row is off by the flaw, so the singular values are by
     flaw sqrt(rows) at most (Weyl). Rows are as long as a unit normal at least, so the largest singular value is no less
-    than sqrt(rows / unknowns). Relative to it, those below flaw sqrt(unknowns) may be zero.
+    than sqrt(rows / unknowns). Relative to it, those below flaw sqrt(unknowns) may be zero. Rows n - mu t of associated
+    flow are off by mu times the turn of t as well, which is known to the speed below which contacts stick. Without it
+    the five or more corners of a joint in one plane would hold a block that slides by rounding.
     """
     rows, unknowns = matrix.shape
     if not rows or not unknowns:
         return np.zeros(unknowns)
-    rank = max(RANK_TOLERANCE, linkage.flaw_of_rows * np.sqrt(unknowns))
+    friction = linkage.contacts.friction[linkage.sliding] if linkage.associated else np.zeros(0)
+    flaw = linkage.flaw_of_rows + STICKING_SPEED * float(friction.max(initial=0.0))
+    rank = max(RANK_TOLERANCE, flaw * np.sqrt(unknowns))
     if isinstance(matrix, np.ndarray):
         contacts, kept = np.split(matrix, [rows - more - (linkage.control is not None)])
         if guess is not None and linkage.control is not None:

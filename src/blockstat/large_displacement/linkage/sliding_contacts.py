@@ -1,4 +1,16 @@
-"""Contact points of a linkage whose joints slide: at each pose the corners of the overlap of the two faces."""
+"""Contact points of a linkage whose joints slide: at each pose the corners of the overlap of the two faces.
+
+With associated flow a joint is open by a distance g once it has slid, and its two faces are no longer at one place. A
+contact that slides along the unit vector t presses along n - mu t. Its force meets one face at p and the other one at
+
+    q = p + g (n - mu t),
+
+and it acts on the blocks only if p lies in the one face and q in the other. So the faces overlap along n - mu t and not
+along n, and the moment of the force is that at p, at q or anywhere between. Points of a and of b that lie straight
+above each other would leave an arm of mu g to choice: that of the corner, of the middle of two crossing edges or of the
+middle of a joint that has not turned, as rounding has it. The contact point is in the middle between p and q, also
+where a block begins to turn about it.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +25,16 @@ from blockstat.large_displacement.displaced.contact_pairs import (
     ZERO_GAP,
     ContactPairs,
     concatenate,
+    gap_normals,
     gaps,
     pair_points,
 )
 from blockstat.large_displacement.displaced.contact_status import contact_status
 from blockstat.large_displacement.displaced.face_overlap import AREA_CORNERS, overlap_points
-from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes, points_at_rest
+from blockstat.large_displacement.linkage.kinematics import slip_friction
 from blockstat.large_displacement.linkage.linkage import Linkage
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
 #: With associated flow, new contact points that are open by no more than this beside the least open one are closed.
 #: Relative to the largest free block. Chosen: a thousand times `ZERO_GAP`, as no equations hold their gaps.
@@ -53,7 +67,8 @@ def with_new_sliding_contacts(linkage: Linkage, pose: Pose, parameter: float, mo
     if not len(joints):
         return linkage
     kept = ~np.isin(contacts.joint, joints)
-    found = _with_bearing(overlap_points(linkage.structure, contacts, joints, pose, parameter))
+    lean = _lean_of_forces(linkage, pose, parameter, motion)
+    found = _with_bearing(overlap_points(linkage.structure, contacts, joints, pose, parameter, lean=lean))
     merged = concatenate([contacts.select(np.flatnonzero(kept)), found])
     new = np.arange(merged.number) >= kept.sum()
     gap = np.where(new, gaps(linkage.assembly, merged, pose, parameter), np.inf)
@@ -66,6 +81,8 @@ def with_new_sliding_contacts(linkage: Linkage, pose: Pose, parameter: float, mo
         least, open_by = max(float(gap.min(initial=np.inf)), 0.0), OPENED_GAP
         merged = replace(merged, area=np.where(new & (merged.friction > 0), 0.0, merged.area))
     near = gap <= open_by * size + linkage.flaw_of_gaps + least
+    if linkage.associated:
+        merged = _joined_in_the_middle(linkage, merged, np.flatnonzero(near), pose, parameter)
     was_sticking, was_sliding = (
         np.concatenate([mask[kept], np.zeros(new.sum(), bool)]) for mask in (linkage.sticking, linkage.sliding)
     )
@@ -87,6 +104,37 @@ def _with_bearing(found: ContactPairs) -> ContactPairs:
     return found.select(np.flatnonzero(np.bincount(found.joint)[found.joint] >= AREA_CORNERS))
 
 
+def _lean_of_forces(linkage: Linkage, pose: Pose, parameter: float, motion: Floats) -> Floats | None:
+    """By how much the forces of joints that slide and open lean from their normals: -mu t, shape (n_interfaces, 3).
+
+    Where a block turns about the normal, t is the mean of the directions of slip, as the forces then have no one
+    direction. None without dilatancy.
+    """
+    if not linkage.associated:
+        return None
+    contacts, lean = linkage.contacts, np.zeros((linkage.structure.interfaces.n_interfaces, 3))
+    rows = np.flatnonzero(linkage.sliding)
+    points = pair_points(linkage.assembly, contacts, pose, parameter)
+    normal, valid = gap_normals(contacts, pose, points)
+    across = normal[rows, np.argmax(valid[rows], axis=1)]
+    along = slip_friction(linkage, pose, rows, points[rows].mean(axis=1), across, motion)
+    np.add.at(lean, contacts.joint[rows], -along)
+    count = np.bincount(contacts.joint[rows], minlength=len(lean))
+    return lean / np.maximum(count, 1)[:, None]
+
+
+def _joined_in_the_middle(
+    linkage: Linkage, contacts: ContactPairs, rows: Ints, pose: Pose, parameter: float
+) -> ContactPairs:
+    """The contacts with both points of some of them in the middle between the two."""
+    middle = pair_points(linkage.assembly, contacts, pose, parameter)[rows].mean(axis=1)
+    anchor = contacts.anchor.copy()
+    for side in (0, 1):
+        place = middle - parameter * contacts.drive[rows, side]
+        anchor[rows, side] = points_at_rest(linkage.assembly, pose, contacts.pair[rows, side], place)
+    return replace(contacts, anchor=anchor)
+
+
 def _one_sided(linkage: Linkage, pose: Pose, parameter: float, motion: Floats, rows: np.ndarray) -> Linkage:
     """The linkage with contacts of two corners that slide apart as contacts of the corner that stays above a face.
 
@@ -104,7 +152,8 @@ def _one_sided(linkage: Linkage, pose: Pose, parameter: float, motion: Floats, r
     corner = contacts.corner.copy()
     now = pair_points(assembly, contacts, pose, parameter).mean(axis=1)
     joints = np.unique(contacts.joint[rows])
-    all_ahead = overlap_points(linkage.structure, contacts, joints, there, after)
+    lean = _lean_of_forces(linkage, there, after, motion)
+    all_ahead = overlap_points(linkage.structure, contacts, joints, there, after, lean=lean)
     for joint in np.unique(all_ahead.joint):
         ahead = all_ahead.select(np.flatnonzero(all_ahead.joint == joint))
         place = pair_points(assembly, ahead, there, after).mean(axis=1)

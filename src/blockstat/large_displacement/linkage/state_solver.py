@@ -53,7 +53,8 @@ class StateSolver:
         if not linkage.slides_with_friction:
             return PathPoint(parameter, pose, motion, self.value(pose, parameter, motion))
         linkage = with_new_sliding_contacts(linkage, pose, parameter, motion)
-        forces, value, turned = sliding_multiplier(linkage.configuration(pose, parameter), motion)
+        here = linkage.configuration(pose, parameter)
+        forces, value, turned = sliding_multiplier(here, motion, associated=linkage.associated)
         turned = tangent(linkage, pose, parameter, turned)  # else the path would go astray by what solvers leave
         return PathPoint(parameter, pose, motion if turned is None else turned, value, linkage, forces)
 
@@ -126,8 +127,8 @@ class StateSolver:
         point = self.point_at(state, parameter)
         return None if point is None else self.state(state.linkage, point)
 
-    def first(self, linkage: Linkage, pose: Pose, guess: Floats) -> PathState | None:
-        """Return the state in which a path begins.
+    def first(self, linkage: Linkage, pose: Pose, guess: Floats, parameter: float = 0.0) -> PathState | None:
+        """Return the state in which a mechanism begins.
 
         Parameters
         ----------
@@ -137,14 +138,16 @@ class StateSolver:
             Where it begins.
         guess
             Its motion, of any magnitude, shape (n_blocks, 6).
+        parameter
+            Of the pose [m].
 
         Returns
         -------
         PathState or None
             None where the parameter does not move the linkage.
         """
-        linkage = with_ties_in_own_motion(linkage, pose, 0.0, guess)
-        point = self.point(linkage, pose, 0.0, guess)
+        linkage = with_ties_in_own_motion(linkage, pose, parameter, guess)
+        point = self.point(linkage, pose, parameter, guess)
         return None if point is None else self.state(linkage, point)
 
 

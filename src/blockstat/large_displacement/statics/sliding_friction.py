@@ -45,7 +45,9 @@ SMALL = 300
 HELD = 1e2
 
 
-def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[EquilibriumForces, float, Floats]:
+def sliding_multiplier(
+    configuration: Configuration, motion: Floats, *, associated: bool = False
+) -> tuple[EquilibriumForces, float, Floats]:
     """Find the multiplier and the forces of a state in which joints slide against friction in a given motion.
 
     Parameters
@@ -55,6 +57,8 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
     motion
         Rates of the blocks about their displaced centroids, shape (n_blocks, 6). Friction acts against the slip, and
         ties pull as they lengthen or shorten.
+    associated
+        Whether joints open by friction times slip as they slide.
 
     Returns
     -------
@@ -94,7 +98,7 @@ def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[Eq
     tolerance = adhesion_tolerance(configuration, state.force)
     for turns in range(MAX_TURNS):
         wanted = state.unbalanced > tolerance or (not turns and len(program.load) <= SMALL)
-        turned = _turned(program, sliding, slip[point], state) if wanted else None
+        turned = _turned(program, sliding, slip[point], state, associated) if wanted else None
         if turned is None:
             break
         sliding, twist = turned
@@ -163,7 +167,7 @@ def _of_most_resistance(tilted: PenaltyProgram, sliding: _Sliding, driven: Float
 
 
 def _turned(
-    program: PenaltyProgram, sliding: _Sliding, slip: Floats, state: _Balanced
+    program: PenaltyProgram, sliding: _Sliding, slip: Floats, state: _Balanced, associated: bool
 ) -> tuple[_Sliding, Floats] | None:
     """The sliding points whose slip is turned so that friction balances what is left, and the motion that turns it.
 
@@ -173,7 +177,11 @@ def _turned(
     turns, which is where the loads across it are balanced. A solver knows that motion to the root of its accuracy only,
     as the energy is flat there. With u across the slip, one step of Newton's method solves
 
-        sum of b (mu N / |s|) b'u = what is left,    b the wrench of a unit force across the slip at a point.
+        sum of b (mu N / |s|) b'u = what is left,    b the wrench of a unit force across the slip at a point,
+
+    in motions that leave the contacts as open as they are, or with associated flow open them by friction times slip:
+    the rates along n, or along n - mu t, are zero. A spin alone would then be no motion of the linkage, and the roll
+    that it needs moves the contacts across the slip.
     """
     if state.answer.status.is_infeasible:
         return None
@@ -181,7 +189,10 @@ def _turned(
     across = np.column_stack([-sliding.along[:, 1], sliding.along[:, 0]])
     wrench = np.einsum("rpk,pk->rp", points[:, sliding.point, 1:], across)
     held = np.delete(points, sliding.point, axis=1).reshape(len(program.load), -1)
-    held = np.hstack([points[:, sliding.point, 0], held])
+    opening = points[:, sliding.point, 0]
+    if associated:
+        opening = opening - np.einsum("rpk,pk->rp", points[:, sliding.point, 1:], sliding.friction * sliding.along)
+    held = np.hstack([opening, held])
     normal = np.maximum(state.force[sliding.point, 0], 0.0)
     rows = np.hstack([wrench * np.sqrt(sliding.friction[:, 0] * normal / slip), HELD * held]).T
     motion = np.linalg.lstsq(rows.T @ rows, state.residual, rcond=None)[0].astype(float)
