@@ -30,7 +30,7 @@ from blockstat.large_displacement.linkage.parts import part_that_moves_control
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.self_stress import carried_without_self_stress, warning_of_self_stress
-from blockstat.large_displacement.shared_slip import joint_that_slides_alone
+from blockstat.large_displacement.shared_slip import joints_that_slide_alone
 from blockstat.large_displacement.statics.limit_state import associated_multiplier, limit_state
 from blockstat.large_displacement.strength import warning_of_strength
 from blockstat.large_displacement.unstable_mixture import without_unstable_mixture
@@ -157,7 +157,7 @@ def capacity(
     linkage, begun = _linkage_that_begins(structure, limit, near, associated=flow == "associated")
     states = StateSolver(structure, structure.multiplier)
     linkage, begun = without_unstable_mixture(states, linkage, begun, *wrenches, gap=gap, solver=solver)
-    alone = joint_that_slides_alone(states, linkage, start, begun.mechanism)
+    alone = joints_that_slide_alone(states, linkage, start, begun.mechanism)
     linkage, motion = (linkage, begun.mechanism) if alone is None else alone[:2]
     first = states.first(linkage, start, motion)
     end = displacement or FAR * float(np.ptp(assembly.vertices, axis=0).max())

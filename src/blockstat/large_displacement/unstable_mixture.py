@@ -22,7 +22,7 @@ from blockstat.analysis.verdict import corner_speed, unit_motion
 from blockstat.large_displacement.displaced.pose import free_sizes, rest_pose
 from blockstat.large_displacement.linkage.kinematics import motion_at_fixed_parameter
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
-from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.linkage.state_solver import A_LITTLE_WAY, StateSolver
 from blockstat.typing import Floats
 
 #: Speeds below this say that blocks are not free to move aside. Relative to the fastest corner. Chosen: far above what
@@ -33,9 +33,6 @@ FREE = 1e-3
 NUDGE = 1e-4
 #: Multipliers that differ by less are the same. Relative to the larger. Chosen: far above what solvers leave.
 SAME_VALUE = 1e-6
-#: Where the multipliers of two mechanisms are compared. Relative to the largest free block. Chosen: they then differ by
-#: about as much, which is far above rounding.
-A_LITTLE_WAY = 1e-3
 
 
 def without_unstable_mixture(
