@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Tie, box, capacity, nonlinear_check
+from blockstat import Assembly, InputError, Tie, box, capacity, nonlinear_check
 from blockstat.large_displacement.finite_steps import step
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.path import PathEnd
@@ -94,6 +94,29 @@ def test_what_a_beam_or_a_tie_joins_is_one_part():
     tied = capacity(on_ground(wall(0, "a"), wall(5, "b"), ties=[tie]), (1, 0, 0), control="a")
     assert not any("other parts" in text for text in tied.warnings)
     assert tied.displacement[-1] == pytest.approx(0.25, rel=1e-3)
+
+
+@pytest.mark.parametrize("names", ["ab", "ba"])
+@pytest.mark.parametrize(("control", "end"), [("a", 0.25), ("mean", 0.125)])
+def test_of_two_tied_walls_the_first_turns_towards_the_second(names, control, end):
+    """The tie from the right face of "a" to the left one of "b" hinders no turn of "a" towards "b", and has no force.
+
+    A turn of both by t lengthens it: over the toe of "a" its one end keeps its height to first order, while the other
+    rises by .5 t. Held at its length it lets "a" turn by more than "b", which then needs less of the load than "b": no
+    tension is in equilibrium with that. So "a" turns alone, from .25 / 1.5 until its centroid is above its toe.
+    """
+    tie = Tie(("a", "b"), ((0.5, 1.5, 2.7), (5, 1.5, 2.7)), greatest=3e4)
+    walls = {"a": wall(0, "a"), "b": wall(5, "b")}
+    curve = capacity(on_ground(*(walls[name] for name in names), ties=[tie]), (1, 0, 0), control=control)
+    assert (curve.outcome.word, curve.events, curve.warnings) == ("zero", (), ())
+    assert curve.lower[0] == pytest.approx(ALONE, rel=1e-6)
+    assert curve.displacement[-1] == pytest.approx(end, abs=1e-6)
+
+
+def test_a_wall_that_a_tie_holds_back_does_not_move_first():
+    tie = Tie(("a", "b"), ((0.5, 1.5, 2.7), (5, 1.5, 2.7)), greatest=3e4)
+    with pytest.raises(InputError, match="does not move before other blocks have, as a tie holds it"):
+        capacity(on_ground(wall(0, "a"), wall(5, "b"), ties=[tie]), (1, 0, 0), control="b")
 
 
 def test_sliding_parts_are_left_at_rest_too():

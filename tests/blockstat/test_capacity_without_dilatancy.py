@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, Tie, acceleration, box, capacity
+from blockstat import Assembly, Block, InputError, Tie, acceleration, box, capacity
 from blockstat.contact.interfaces import find_interfaces
+from blockstat.large_displacement.linkage.follower import LinkageFollower
+from blockstat.large_displacement.linkage.path import PathEnd
 from blockstat.large_displacement.self_stress import warning_of_self_stress
 
 DENSITY = 2000.0
@@ -112,6 +114,90 @@ def test_where_any_joint_of_a_stack_may_slide_the_top_one_takes_it_all():
         '"b0" and "b1", "b1" and "b2". The path follows the slip between "b1" and "b2" alone' in w
         for w in curve.warnings
     )
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0)])
+def test_a_lintel_slides_on_both_columns_at_once_where_it_may_take_them_along(order):
+    """Lintel 2.5 m long, flush with two columns .5 m thick at x = 0 and 2, friction .15 in all four beds.
+
+    Each bed slides at .15, and no bed can slide alone: the lintel slides on both columns, or both columns on the
+    ground, or one of either. The bed that is used up first is that of the left column, after its thickness .5. Then the
+    centroid of the lintel is at 1.25 + .5, left of the right column at 2, and the lintel falls.
+    """
+    columns = [box((x, 0, 0), (x + 0.5, 1, 2), name=name) for x, name in ((0, "left"), (2, "right"))]
+    blocks = [*columns, box((0, 0, 2), (2.5, 1, 2.4), name="lintel")]
+    trilith = Assembly.from_blocks([GROUND, *(blocks[k] for k in order)], supports=["ground"], friction=0.15)
+    curve = capacity(trilith.with_(density=DENSITY), ALONG, control="lintel", steps=8)
+    assert curve.outcome.word == "collapse"
+    assert curve.displacement[-1] == pytest.approx(0.5, abs=1e-6)
+    np.testing.assert_allclose(curve.lower, 0.15, rtol=1e-6)
+    still = [trilith.names.index(name) for name in ("left", "right")]
+    assert not curve.points[-2].pose.displacement[still].any()
+    assert any("may be shared by several joints" in w for w in curve.warnings)
+
+
+def buttressed(thick, high, wide, up, friction):
+    """A wall and a triangular buttress beside it, .4 m along the wall, on the ground."""
+    corners = [(thick, y, z) for y in (0.3, 0.7) for z in (0, up)] + [(thick + wide, y, 0) for y in (0.3, 0.7)]
+    faces = [[0, 4, 1], [2, 3, 5], [0, 2, 5, 4], [0, 1, 3, 2], [1, 4, 5, 3]]
+    blocks = [GROUND, box((0, 0, 0), (thick, 1, high), name="wall"), Block(corners, faces, name="buttress")]
+    return Assembly.from_blocks(blocks, supports=["ground"], friction=friction, density=DENSITY)
+
+
+def multiplier_in_parallel(turn, thick, high, wide, up, friction):
+    """The multiplier while the wall and the buttress turn by the same angle, sliding on each other.
+
+    The wall turns about its toe, and the buttress about its own, which slides to the right by wide (1 / cos - 1), so
+    that the faces stay on each other. Both beds have their full friction: with the normal force N of the face and that
+    of the toe, V,
+
+        N (c - mu s) + alpha w = mu V,   V = w + N (s + mu c),   so   N = w (mu - alpha) / ((1 - mu^2) c - 2 mu s).
+
+    N acts at q above the low corner of the buttress, which is wide tan above the wall's toe along the face. Moments
+    about the toes, of the buttress and of the wall, are in equilibrium with the same q.
+    """
+    s, c = np.sin(turn), np.cos(turn)
+    wall, own = thick * high, 0.5 * wide * up * 0.4
+    wedge = own / ((1 - friction**2) * c - 2 * friction * s) * wide * (friction + s / c)
+    resisting = own * (2 / 3 * wide * c - up / 3 * s) + wall * (thick / 2 * c - high / 2 * s) + friction * wedge
+    return resisting / (wall * (high / 2 * c + thick / 2 * s) + own * (up / 3 * c + 2 / 3 * wide * s) + wedge)
+
+
+def test_a_buttress_slides_by_the_square_of_the_turn_of_the_wall_that_leans_on_it():
+    """At rest its toe does not slip, and counts as sticking: that linkage has no pose beyond."""
+    sizes = (0.4, 3.0, 0.8, 2.0, 0.8)
+    curve = capacity(buttressed(*sizes), ALONG, control="wall", displacement=0.15, steps=6)
+    assert curve.outcome.word == "reached"
+    assert curve.lower[0] <= multiplier_in_parallel(0.0, *sizes) <= curve.upper[0] * (1 + 1e-6)
+    for point in curve.points[1:]:
+        turn = np.arcsin(point.pose.rotation[1, 0, 2])
+        assert point.lower == pytest.approx(multiplier_in_parallel(turn, *sizes), rel=1e-6)
+    assert len(curve.points) < 12
+    assert not any("finite steps" in w for w in curve.warnings)
+
+
+def test_finite_steps_never_creep_where_the_multiplier_leaps_to_and_fro(monkeypatch):
+    """A step in which the multiplier changes much is a sixteenth of the longest at least: 4 take less than 128."""
+    monkeypatch.setattr(LinkageFollower, "follow", lambda *_: iter([PathEnd.LOST]))
+    curve = capacity(buttressed(0.4, 3.0, 0.8, 2.0, 0.8), ALONG, control="wall", displacement=0.01, steps=4)
+    assert curve.outcome.word == "reached"
+    assert len(curve.points) < 128
+
+
+def test_a_leap_of_the_multiplier_next_to_rest_does_not_shorten_the_steps():
+    """With associated flow both beds of the buttress slide from rest on, and the wall leans on its top.
+
+    With the force N there, 1.36 m above the toe of the wall, and friction in full (`multiplier_in_parallel`),
+    N 1.36 = W (1.26 alpha - .18) and N (1 - mu^2) = w (mu - alpha). W is .36 x 2.52, and w is .5 x 1.36 x .4.
+    """
+    sizes = (0.36, 2.52, 1.0, 1.36, 0.69)
+    wall, own = 0.36 * 2.52 / 1.36, 0.5 * 1.36 * 0.4 / (1 - 0.69**2)
+    curve = capacity(buttressed(*sizes), ALONG, control="wall", displacement=0.05, steps=1, flow="associated")
+    assert curve.outcome.word == "reached"
+    expected = (0.18 * wall + 0.69 * own) / (1.26 * wall + own)
+    assert curve.lower[0] == pytest.approx(expected, rel=1e-6)
+    assert len(curve.points) < 50
+    assert not curve.events
 
 
 def interrupted(*_, **__):

@@ -30,7 +30,7 @@ from blockstat.large_displacement.linkage.parts import part_that_moves_control
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.self_stress import carried_without_self_stress, warning_of_self_stress
-from blockstat.large_displacement.shared_slip import joint_that_slides_alone
+from blockstat.large_displacement.shared_slip import joints_that_slide_alone
 from blockstat.large_displacement.statics.limit_state import associated_multiplier
 from blockstat.large_displacement.strength import warning_of_strength
 from blockstat.large_displacement.unstable_mixture import MechanismFinder
@@ -44,6 +44,9 @@ if TYPE_CHECKING:
 #: Step with which the slope of the curve at rest is measured. Relative to the largest step. Chosen: large enough for
 #: the change of the multiplier to be above rounding.
 SLOPE_STEP = 1e-4
+#: Half way to the probe the multiplier is off the straight line by less than this part of its change. Chosen: on a
+#: smooth curve it is off by `SLOPE_STEP`, and where the multiplier leaps on the way, and there is no slope, by a half.
+STRAIGHT = 0.25
 #: How far a curve goes at most, relative to the extent of the assembly. Chosen: what has moved so far has left it, as a
 #: block that a load lifts.
 FAR = 2.0
@@ -158,7 +161,7 @@ def capacity(
     states = StateSolver(structure, structure.multiplier)
     finder = MechanismFinder(states)
     linkage, begun = _without_unstable_mixture(finder, linkage, begun)
-    alone = joint_that_slides_alone(states, linkage, start, begun.mechanism)
+    alone = joints_that_slide_alone(states, linkage, start, begun.mechanism)
     linkage, motion = (linkage, begun.mechanism) if alone is None else alone[:2]
     first = states.first(linkage, start, motion)
     end = displacement or FAR * float(np.ptp(assembly.vertices, axis=0).max())
@@ -281,9 +284,14 @@ def _first_step(states: StateSolver, state: PathState | None, assembly: Assembly
     if state.point.value <= 0:  # the joints that open lose their tension, and the path ends
         return largest
     probe = SLOPE_STEP * largest
-    ahead = states.point_at(state, probe)
-    slope = np.nan if ahead is None else (ahead.value - state.point.value) / probe
-    return min(largest, state.point.value / -slope / steps) if slope < 0 else largest
+    half, ahead = (states.point_at(state, part * probe) for part in (0.5, 1.0))
+    if half is None or ahead is None:
+        return largest
+    lost = state.point.value - ahead.value
+    bend = abs(half.value - 0.5 * (state.point.value + ahead.value))
+    if not lost > 0 or bend > STRAIGHT * lost:
+        return largest
+    return min(largest, state.point.value / (lost / probe) / steps)
 
 
 @dataclass(eq=False)

@@ -24,7 +24,7 @@ from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
 from blockstat.large_displacement.linkage.kinematics import motion_at_fixed_parameter
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEnd, end_at
-from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.linkage.state_solver import A_LITTLE_WAY, StateSolver
 from blockstat.large_displacement.statics.limit_state import limit_state
 from blockstat.loading.placed import at_centroids
 from blockstat.typing import Floats
@@ -37,9 +37,6 @@ FREE = 1e-3
 NUDGE = 1e-4
 #: Multipliers that differ by less are the same. Relative to the larger. Chosen: far above what solvers leave.
 SAME_VALUE = 1e-6
-#: Where the multipliers of two mechanisms are compared. Relative to the largest free block. Chosen: they then differ by
-#: about as much, which is far above rounding.
-A_LITTLE_WAY = 1e-3
 
 
 @dataclass(frozen=True, eq=False)

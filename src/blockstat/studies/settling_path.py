@@ -25,7 +25,7 @@ from blockstat.large_displacement.linkage.kinematics import pose_at
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
-from blockstat.large_displacement.shared_slip import joint_that_slides_alone
+from blockstat.large_displacement.shared_slip import joints_that_slide_alone
 from blockstat.large_displacement.statics.settling_state import settling_state
 from blockstat.large_displacement.strength import warning_of_strength
 from blockstat.program.ties import bearing_ties, tied_pairs
@@ -246,7 +246,7 @@ def settle_to_collapse(
     none = ZERO_REACTION * structure.assembly.free_weight
     follower = LinkageFollower(states, _settling_mechanism, end, end / steps, tolerance, ends_at_zero=False, least=none)
     linkage, motion = _mechanism_that_leaves_rest(linkage, start, motion, size)
-    alone = joint_that_slides_alone(states, linkage, start, motion)
+    alone = joints_that_slide_alone(states, linkage, start, motion)
     if alone is not None:
         linkage, motion = alone[:2]
         follower = replace(follower, step=alone.step(follower.step))

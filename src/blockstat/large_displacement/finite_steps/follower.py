@@ -153,13 +153,16 @@ class StepFollower:
             step /= 2
 
     def _next_length(self, before: PathPoint, after: TrialState, step: float, scale: float) -> float:
-        """Length of the next step [m]: longer, unless it would change the multiplier too much."""
+        """Length of the next step [m]: longer, unless it would change the multiplier too much, but not too short.
+
+        Where two states are in equilibrium the multiplier may leap to and fro between them in any step.
+        """
         factor = MOST_LENGTHENING
         if after.limit.multiplier is not None:
             # `before` has the multiplier of the state before `after`.
             change = abs(after.limit.multiplier - before.value)
             factor = min(factor, AIMED_CHANGE * self.change * scale / max(change, TINY))
-        return min(factor * step, max(self.longest, self.step))
+        return max(min(factor * step, max(self.longest, self.step)), MIN_STEP * self.step)
 
     def _end_passed(self, trial: TrialState, scale: float) -> PathEnd | None:
         """The end of the path that a state is at or beyond."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ from blockstat.large_displacement.finite_steps.trial_state import per_unit_param
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathPoint, PathState
+from blockstat.large_displacement.linkage.state_solver import A_LITTLE_WAY
 from blockstat.solve.dispatch import STRUCTURED
 from blockstat.typing import Floats
 
@@ -68,29 +71,49 @@ def follow_path(
         In order; the end comes last.
     """
     last: PathState | None = None
-    waiting: list[PathState | PathEvent | PathEnd] | None = []
     item: PathState | PathEvent | PathEnd | None = None
-    for item in follower.follow(first):
-        if item is PathEnd.COLLAPSE and last is not None and last.point.parameter <= AT_REST * follower.step:
-            item = PathEnd.LOST
-        if item is PathEnd.LOST:
+    for path in _beginnings(follower, linkage, first):
+        waiting: list[PathState | PathEvent | PathEnd] | None = []
+        for item in path:
+            if item is PathEnd.COLLAPSE and last is not None and last.point.parameter <= AT_REST * follower.step:
+                item = PathEnd.LOST
+            if item is PathEnd.LOST:
+                break
+            if isinstance(item, PathState):
+                last = item
+            if waiting is None:
+                yield item
+                continue
+            # A linkage that is lost within its first step is not that of the mechanism, so its states do not count.
+            waiting.append(item)
+            if isinstance(item, PathEnd) or (last is not None and last.point.parameter >= follower.step):
+                yield from waiting
+                waiting = None
+        if not waiting:
             break
-        if isinstance(item, PathState):
-            last = item
-        if waiting is None:
-            yield item
-            continue
-        # A linkage that is lost within its first step is not that of the mechanism, so its states do not count.
-        waiting.append(item)
-        if isinstance(item, PathEnd) or (last is not None and last.point.parameter >= follower.step):
-            yield from waiting
-            waiting = None
-    if waiting:
         last = None
     if item is PathEnd.LOST:
         start = _at_rest(follower, linkage, pose, guess) if last is None else last.point
         steps = _step_follower(follower, linkage, start, change)
         yield from steps.follow(linkage if last is None else last.linkage, start)
+
+
+def _beginnings(
+    follower: LinkageFollower, linkage: Linkage, first: PathState | None
+) -> Iterator[Iterator[PathState | PathEvent | PathEnd]]:
+    """The path of a linkage, and that on which it begins a little way from rest.
+
+    A joint may slip by the square of the motion only, to let a block turn with another one beside it. At rest it does
+    not slip and counts as sticking, and the linkage has no pose beyond. A little way on it slips.
+    """
+    yield follower.follow(first)
+    if first is None or not linkage.slides_with_friction:
+        return
+    distance = min(A_LITTLE_WAY * float(free_sizes(linkage.assembly).max()), follower.step)
+    point = follower.solver.point_at(replace(first, linkage=linkage), distance)
+    later = None if point is None else follower.solver.state(linkage, point)
+    if later is not None and later.forces.admissible:
+        yield chain([first], follower.follow(later))
 
 
 def _at_rest(follower: LinkageFollower, linkage: Linkage, pose: Pose, guess: Floats) -> PathPoint:

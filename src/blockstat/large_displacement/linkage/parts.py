@@ -3,8 +3,10 @@
 Two equal walls that do not touch begin to turn at the same multiplier. A solver finds a mixture of both, which has two
 degrees of freedom. As the multiplier falls along the curve of one of them, the other carries it at rest.
 
-Blocks belong to one part where a contact between them sticks or slides, or a tie joins them. A part needs another one
-where it would press against it, or slide along it, were the other at rest.
+Blocks belong to one part where a contact between them sticks or slides, or a tie joins them that keeps its length or
+yields. A part needs another one where it would press against it, or slide along it, were the other at rest. A tie that
+the mechanism shortens joins nothing: the first of two tied walls turns towards the second one. But it holds a part that
+would lengthen it alone: the second wall does not move away from the first one.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
+from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.large_displacement.displaced.contact_status import (
     STICKING_SPEED,
@@ -19,7 +22,7 @@ from blockstat.large_displacement.displaced.contact_status import (
     contact_status,
 )
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, rest_pose
-from blockstat.large_displacement.displaced.structure import Configuration
+from blockstat.large_displacement.displaced.structure import Configuration, slackening
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.program.ties import tied_pairs
 from blockstat.typing import Floats, Ints
@@ -51,7 +54,13 @@ def part_that_moves_control(linkage: Linkage, mechanism: Floats) -> tuple[Floats
         A mechanism of the same multiplier, shape (n_blocks, 6).
     left : Ints
         The blocks that move in the given mechanism and not in this one. None for both where the mechanism has no part
-        that moves without the others, under the same multiplier, and moves the control.
+        that moves without the others, under the same multiplier, and moves the control. Blocks that a tie holds until
+        others have moved are not among those that are left.
+
+    Raises
+    ------
+    InputError
+        Where only parts move the control that a tie holds.
 
     Notes
     -----
@@ -66,13 +75,21 @@ def part_that_moves_control(linkage: Linkage, mechanism: Floats) -> tuple[Floats
     rates = np.array(
         [linkage.control.rate(assembly, pose, motion) / corner_speed(assembly, motion).max() for motion in every]
     )
-    first = int(np.argmax(rates >= (1.0 - AS_MUCH) * rates.max()))
+    held = np.array([_held_by_tie(linkage, motion) for motion in every])
+    if held.any() and rates[held].max() > 0 and not (rates[~held] > 0).any():
+        raise InputError(
+            f"control: the {linkage.control.name} does not move before other blocks have, as a tie holds it; choose a "
+            "block that does"
+        )
+    rates = np.where(held, -np.inf, rates)
+    first = int(np.argmax(rates >= rates.max() - AS_MUCH * abs(rates.max())))
     motion = _alone(mechanism, label, _with_needed(linkage, mechanism, label, first))
     structure = linkage.structure
     power = float((structure.live_load(pose) * motion).sum())
-    left = np.flatnonzero((label >= 0) & ~motion.any(axis=1))
-    if not (len(left) and power > 0):
+    at_rest = (label >= 0) & ~motion.any(axis=1)
+    if not (at_rest.any() and power > 0):
         return None
+    left = np.flatnonzero(at_rest & ~held[label])
     own, whole = (structure.multiplier(pose, 0.0, each) for each in (motion, mechanism))
     same = own <= whole + SAME_MULTIPLIER * abs(whole)
     return (motion, left) if same and linkage.control.rate(assembly, pose, motion) > 0 else None
@@ -113,7 +130,8 @@ def _parts(linkage: Linkage, mechanism: Floats) -> Ints:
     assembly, contacts = linkage.assembly, linkage.contacts
     speed = corner_speed(assembly, mechanism)
     moving = (speed > STICKING_SPEED_AT_REST * speed.max()) & (linkage.body >= 0)
-    pairs = np.concatenate([contacts.pair[linkage.closed], tied_pairs(assembly)])
+    ties = np.delete(tied_pairs(assembly), linkage.slack, axis=0)
+    pairs = np.concatenate([contacts.pair[linkage.closed], ties])
     _, label = connected_components(assembly.n_blocks, pairs[moving[pairs].all(axis=1)])
     parts: Ints = np.full(assembly.n_blocks, -1)
     parts[moving] = np.unique(label[moving], return_inverse=True)[1]
@@ -123,6 +141,12 @@ def _parts(linkage: Linkage, mechanism: Floats) -> Ints:
 def _alone(mechanism: Floats, label: Ints, parts: list[int]) -> Floats:
     """The motion of some parts, with all other blocks at rest."""
     return np.where(np.isin(label, parts)[:, None], mechanism, 0.0)
+
+
+def _held_by_tie(linkage: Linkage, motion: Floats) -> bool:
+    """Whether the motion of a part lengthens a tie that the motion of all parts shortens."""
+    speed = float(corner_speed(linkage.assembly, motion).max())
+    return bool((slackening(linkage.assembly, motion)[linkage.slack] < -STICKING_SPEED_AT_REST * speed).any())
 
 
 def _with_needed(linkage: Linkage, mechanism: Floats, label: Ints, part: int) -> list[int]:

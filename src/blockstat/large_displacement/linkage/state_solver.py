@@ -22,6 +22,11 @@ from blockstat.large_displacement.statics.equilibrium import equilibrium_forces
 from blockstat.large_displacement.statics.sliding_friction import sliding_multiplier
 from blockstat.typing import Floats
 
+#: How far from rest mechanisms are looked at again that are alike at rest. Relative to the largest free block. Chosen:
+#: multipliers then differ by about as much, which is far above rounding, and slip that grows with the square of the
+#: motion is ten times as fast as what counts as sticking.
+A_LITTLE_WAY = 1e-3
+
 
 @dataclass(frozen=True, eq=False)
 class StateSolver:
