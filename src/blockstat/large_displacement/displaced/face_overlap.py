@@ -57,7 +57,7 @@ def overlap_points(
     pose: Pose,
     parameter: float,
     *,
-    lean: Floats | None = None,
+    along: Floats | None = None,
 ) -> ContactPairs:
     """Return the corners of the overlap of the two faces of joints, projected along the mean of their normals.
 
@@ -65,8 +65,8 @@ def overlap_points(
     ----------
     structure, contacts, joints, pose, parameter
         As in `with_overlap_points`.
-    lean
-        What is added to the mean unit normal for the direction of projection, shape (n_interfaces, 3); None for zero.
+    along
+        Other directions of projection, of any magnitude, shape (n_interfaces, 3).
 
     Returns
     -------
@@ -86,7 +86,7 @@ def overlap_points(
     normal = turned[..., 0]
     now = displaced_points(assembly, pose, np.repeat(pair, faces.shape[2]), faces.reshape(-1, 3)).reshape(faces.shape)
     now += parameter * drive[:, :, None]
-    direction, plane = _projection(frame, np.zeros((len(pair), 3)) if lean is None else lean[joint])
+    direction, plane = _projection(frame, frame[:, 0] if along is None else along[joint])
     outline = np.einsum("ksci,kti->ksct", now, plane)
     # A support is the window: its corners may be far away, and would take the last digits of those of the other block.
     row, cut = np.arange(len(pair)), assembly.support[pair[:, 0]].astype(int)
@@ -127,12 +127,11 @@ def overlap_points(
     )
 
 
-def _projection(frame: Floats, lean: Floats) -> tuple[Floats, Floats]:
+def _projection(frame: Floats, along: Floats) -> tuple[Floats, Floats]:
     """Directions of projection, and vectors whose products with points do not change along them; (n, 3), (n, 2, 3)."""
     normal, tangents = frame[:, 0], frame[:, 1:]
-    slope = np.einsum("nti,ni->nt", tangents, lean)
-    direction: Floats = normal + np.einsum("nt,nti->ni", slope, tangents)
-    plane: Floats = tangents - slope[..., None] * normal[:, None]
+    direction: Floats = along / np.einsum("ni,ni->n", along, normal)[:, None]
+    plane: Floats = tangents - np.einsum("nti,ni->nt", tangents, direction)[..., None] * normal[:, None]
     return direction, plane
 
 

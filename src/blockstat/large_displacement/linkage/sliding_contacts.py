@@ -67,8 +67,8 @@ def with_new_sliding_contacts(linkage: Linkage, pose: Pose, parameter: float, mo
     if not len(joints):
         return linkage
     kept = ~np.isin(contacts.joint, joints)
-    lean = _lean_of_forces(linkage, pose, parameter, motion)
-    found = _with_bearing(overlap_points(linkage.structure, contacts, joints, pose, parameter, lean=lean))
+    along = _directions_of_forces(linkage, pose, parameter, motion)
+    found = _with_bearing(overlap_points(linkage.structure, contacts, joints, pose, parameter, along=along))
     merged = concatenate([contacts.select(np.flatnonzero(kept)), found])
     new = np.arange(merged.number) >= kept.sum()
     gap = np.where(new, gaps(linkage.assembly, merged, pose, parameter), np.inf)
@@ -104,23 +104,22 @@ def _with_bearing(found: ContactPairs) -> ContactPairs:
     return found.select(np.flatnonzero(np.bincount(found.joint)[found.joint] >= AREA_CORNERS))
 
 
-def _lean_of_forces(linkage: Linkage, pose: Pose, parameter: float, motion: Floats) -> Floats | None:
-    """By how much the forces of joints that slide and open lean from their normals: -mu t, shape (n_interfaces, 3).
+def _directions_of_forces(linkage: Linkage, pose: Pose, parameter: float, motion: Floats) -> Floats | None:
+    """The directions n - mu t of the forces of joints that slide, shape (n_interfaces, 3); None without dilatancy.
 
-    Where a block turns about the normal, t is the mean of the directions of slip, as the forces then have no one
-    direction. None without dilatancy.
+    Where a block turns about the normal, the forces have no one direction, and t is the mean of those of the slip. On a
+    block that leans n is the normal of the face on which it slides, and not the mean of both.
     """
     if not linkage.associated:
         return None
-    contacts, lean = linkage.contacts, np.zeros((linkage.structure.interfaces.n_interfaces, 3))
+    contacts, found = linkage.contacts, np.zeros((linkage.structure.interfaces.n_interfaces, 3))
     rows = np.flatnonzero(linkage.sliding)
     points = pair_points(linkage.assembly, contacts, pose, parameter)
     normal, valid = gap_normals(contacts, pose, points)
     across = normal[rows, np.argmax(valid[rows], axis=1)]
-    along = slip_friction(linkage, pose, rows, points[rows].mean(axis=1), across, motion)
-    np.add.at(lean, contacts.joint[rows], -along)
-    count = np.bincount(contacts.joint[rows], minlength=len(lean))
-    return lean / np.maximum(count, 1)[:, None]
+    slip = slip_friction(linkage, pose, rows, points[rows].mean(axis=1), across, motion)
+    np.add.at(found, contacts.joint[rows], across - slip)
+    return found
 
 
 def _joined_in_the_middle(
@@ -152,8 +151,8 @@ def _one_sided(linkage: Linkage, pose: Pose, parameter: float, motion: Floats, r
     corner = contacts.corner.copy()
     now = pair_points(assembly, contacts, pose, parameter).mean(axis=1)
     joints = np.unique(contacts.joint[rows])
-    lean = _lean_of_forces(linkage, there, after, motion)
-    all_ahead = overlap_points(linkage.structure, contacts, joints, there, after, lean=lean)
+    along = _directions_of_forces(linkage, there, after, motion)
+    all_ahead = overlap_points(linkage.structure, contacts, joints, there, after, along=along)
     for joint in np.unique(all_ahead.joint):
         ahead = all_ahead.select(np.flatnonzero(all_ahead.joint == joint))
         place = pair_points(assembly, ahead, there, after).mean(axis=1)
