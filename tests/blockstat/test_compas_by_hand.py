@@ -117,14 +117,17 @@ def test_an_attribute_of_an_element_counts_before_its_material_and_its_mesh():
     elements = {
         "a": element("a", material="m", mesh={"density": 1.0, "group": "g"}, is_support=1),
         "b": element("b", mesh={"density": 1.0, "is_support": True}),
-        "c": element("c", material="m", density=3.0), "d": element("d", material="none"),
+        "c": element("c", material="m", density=3.0), "d": element("d"),
     }  # fmt: skip
     children = [{"element": key} for key in elements]
     parts = compas_parts(model(elements, children, materials=materials), "m")
     assert [b.density for b in parts.blocks] == [2.0, 1.0, 3.0, None]
     assert [b.group for b in parts.blocks] == ["g", "", "", ""]
     assert parts.supports == [0, 1]
-    assert compas_parts(model(elements, children), "m", supports=["d"]).supports == ["d"]
+    assert compas_parts(model(elements, children, materials=materials), "m", supports=["d"]).supports == ["d"]
+    elements["d"] = element("d", material="none")
+    with pytest.raises(InputError, match='element "d": no material "none" in the model'):
+        compas_parts(model(elements, children, materials=materials), "m")
 
 
 def test_a_node_counts_before_its_mesh_and_the_defaults_of_the_graph():

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from blockstat import InputError, InputWarning
+from blockstat import InputError, InputWarning, assess
 from blockstat.compas import cra_penalty_solve, from_compas, rbe_solve, solve
 from evidence.scenes.small import box
 
@@ -16,19 +16,17 @@ DOWN, LEANING, TIPPING = (0, 0, -1), (0.25, 0, -1), (0.6, 0, -1)
 
 class Graph:
     def __init__(self, nodes):
-        self.own, self.joints, self.attributes = {node: {} for node in nodes}, {}, {}
+        self.node, self.joints, self.attributes = {node: {} for node in nodes}, {}, {}
+        self.default_node_attributes = {}
 
     def nodes(self):
-        return list(self.own)
+        return list(self.node)
 
     def edges(self):
         return list(self.joints)
 
-    def node_attributes(self, node):
-        return self.own[node]
-
     def node_attribute(self, node, name, value):
-        self.own[node][name] = value
+        self.node[node][name] = value
 
     def edge_attribute(self, edge, key, value=None):
         if value is not None:
@@ -43,6 +41,11 @@ class Graph:
 
     def delete_edge(self, edge):
         del self.joints[edge]
+
+
+class Group:
+    def __init__(self, name, parent):
+        self._name, self.parent = name, parent
 
 
 class Mesh:
@@ -78,7 +81,7 @@ def joint(frame=UP):
 def element(name, mesh, *groups, **options):
     parent = None
     for group in groups:
-        parent = SimpleNamespace(name=group, parent=parent)
+        parent = Group(group, parent)
     return SimpleNamespace(_name=name, modelgeometry=mesh, graphnode=name, parent=parent, material=None, **options)
 
 
@@ -113,6 +116,9 @@ class Brep:
         (model(element("ground", MESHES["ground"]), element("vault", Brep())), '"vault": its geometry is a Brep; only'),
         (assembled(ground_gone=[joint()]), "a joint ends at node 'gone', which has no block"),
         (assembled(ground_stone=[joint(UNDER)]), r"edge \(ground, stone\) points from stone to ground; its z axis"),
+        (assembled(ground_stone=[SimpleNamespace(points=[], frame=UP)]), r"edge \(ground, stone\) lacks points"),
+        (assembled(ground_stone=[SimpleNamespace(points=BASE, frame=None)]), r"\(ground, stone\) lacks a frame"),
+        (assembled(stone_stone=[joint()]), r"edge \(stone, stone\) lacks a second node"),
         (assembled(stone_ground=[joint(UP)]), r"edge \(stone, ground\) points from ground to stone; its z axis"),
     ],
 )
@@ -126,6 +132,42 @@ def test_blocks_keep_names_groups_and_supports_of_the_object():
     assert read.names == ("ground", "stone")
     assert read.groups == ("", "wall.north")
     assert read.support.tolist() == [True, False]
+
+
+@pytest.mark.parametrize("made", [lambda: assembled(ground_stone=[joint()]), tower_model], ids=["assembly", "model"])
+def test_an_object_that_states_friction_and_gravity_is_judged_by_them(made):
+    """Under a gravity that leans by .4 the stone of 1 x 1 x 2 m slides at friction .3 and stands at .45."""
+    thing = made()
+    own = thing.graph.attributes if made is tower_model else thing.attributes
+    own.update(friction="inf", gravity=[0.4, 0, -1])
+    read = from_compas(thing)
+    assert (read.friction, read.gravity.tolist()) == (np.inf, [0.4, 0, -1])
+    assert from_compas(thing, friction=0.2, gravity=DOWN).gravity.tolist() == [0, 0, -1]
+    for friction, outcome in ((0.3, "unstable"), (0.45, "stable")):
+        own["friction"] = friction
+        assert assess(from_compas(thing)).outcome.word == outcome
+        if made is not tower_model:
+            assert solve(thing).attributes["verdict"]["outcome"] == outcome
+
+
+def test_marks_of_a_mesh_count_where_an_element_has_none_and_only_groups_make_a_group():
+    block = box((0, 0, 0), (1, 1, 2))
+    meshes = [Mesh(block, density=1500.0, group="own"), Mesh(box((0, 0, 2), (1, 1, 3)))]
+    stone, top = (element(name, mesh) for name, mesh in zip(("stone", "top"), meshes, strict=True))
+    top.parent = SimpleNamespace(_name="stone", parent=Group("wall", Group(None, None)))
+    read = from_compas(model(element("ground", MESHES["ground"]), stone, top), density=2000.0)
+    assert read.density.tolist() == [2000.0, 1500.0, 2000.0]
+    assert read.groups == ("", "own", "wall")
+    assert read.support.tolist() == [True, False, False]
+
+
+def test_a_mirrored_element_is_a_solid():
+    mirror = np.diag([-1.0, 1.0, 1.0, 1.0])
+    block = box((0, 0, 0), (1, 1, 2))
+    image = Mesh(SimpleNamespace(vertices=block.vertices * (-1, 1, 1), faces=block.faces))
+    stone = element("stone", image, modeltransformation=SimpleNamespace(matrix=mirror))
+    read = from_compas(model(element("ground", MESHES["ground"], is_support=True), stone))
+    assert read.volume[1] == pytest.approx(2.0)
 
 
 def test_names_that_blocks_of_an_object_share_are_numbered_past_those_that_are_taken():
@@ -161,8 +203,8 @@ def test_forces_are_written_on_the_block_that_the_frame_points_into(edge, frame,
 def test_a_motion_is_written_for_blocks_that_can_move_and_is_as_large_as_asked():
     thing = solve(assembled(ground_stone=[joint()]), density=1.0, gravity=TIPPING, motion=0.25)
     assert thing.attributes["verdict"]["outcome"] == "unstable"
-    assert "displacement" not in thing.graph.own["ground"]
-    moved = np.array(thing.graph.own["stone"]["displacement"])
+    assert "displacement" not in thing.graph.node["ground"]
+    moved = np.array(thing.graph.node["stone"]["displacement"])
     arms = MESHES["stone"].to_vertices_and_faces()[0] - np.array([0.5, 0.5, 1.0])
     assert np.linalg.norm(moved[:3] + np.cross(moved[3:], arms), axis=1).max() == pytest.approx(0.25, rel=1e-6)
 
@@ -171,7 +213,7 @@ def test_forces_alone_are_written_by_the_stand_in_for_compas_cra_and_said_where_
     for options in ({}, {"verbose": True}, {"timer": True}):
         own = joint()
         thing = rbe_solve(assembled(ground_stone=[own]), **options)
-        assert "displacement" not in thing.graph.own["stone"]
+        assert "displacement" not in thing.graph.node["stone"]
         assert total(own.forces)["c_np"] == pytest.approx(WEIGHT)
         out = capsys.readouterr().out
         assert ("Stable: " in out) is ("verbose" in options)
@@ -187,9 +229,9 @@ def test_the_stand_in_for_cra_penalty_scales_a_mechanism_to_the_largest_slip_or_
     cra_penalty_solve(thing, d_bnd=0.02)
     assert thing.attributes["verdict"]["outcome"] == "unstable"
     # The stone turns about the edge at x = 1/4, so the joint opens by 0.02 at x = 0.
-    turn = np.array(thing.graph.own["stone"]["displacement"][3:])
+    turn = np.array(thing.graph.node["stone"]["displacement"][3:])
     assert turn == pytest.approx([0, 0.02 / 0.25, 0], abs=1e-6)
-    assert "displacement" not in thing.graph.own["ground"]
+    assert "displacement" not in thing.graph.node["ground"]
 
 
 def test_blocks_that_touch_without_a_recorded_joint_are_named():

@@ -1,7 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, Outcome, assess, find_interfaces
+from blockstat import Assembly, Block, InputError, Outcome, assess, find_interfaces, limit_load
 from blockstat.contact.faces import surface_heights
 from blockstat.model import assemble, freeform, height_field
 from evidence.scenes.small import arch, assembly, box, prism, running_bond, slice_, stack
@@ -286,3 +288,25 @@ def test_a_corner_listed_twice_at_a_notch_hides_no_part_of_a_face():
     stone = Block(vertices, [list(range(n))[::-1], list(range(n, 2 * n)), *sides])
     found = find_interfaces(assembly([box((-1, -1, -1), (3, 3, 0)), stone], supports=[0]))
     assert found.area == pytest.approx([3.0])
+
+
+@pytest.mark.parametrize(("name", "at"), [("point", (0, 0)), ("frame", (0, 0, 0)), ("area", (0,)), ("gap", (0,))])
+@pytest.mark.parametrize("ask", [assess, lambda scene, **own: limit_load(scene, (1, 0, 0), **own)])
+def test_joints_with_numbers_that_are_none_are_refused(ask, name, at):
+    scene = assembly([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1))])
+    joints = find_interfaces(scene)
+    wrong = np.array(getattr(joints, name), dtype=float)
+    wrong[at] = np.nan
+    with pytest.raises(InputError, match='joint of "block0" and "block1" has numbers that are not finite'):
+        ask(scene, interfaces=replace(joints, **{name: wrong}))
+
+
+def test_joints_that_are_not_between_their_blocks_are_refused():
+    """In millimetres the joint would be a thousand metres wide, and the block could not overturn."""
+    scene = assembly([box((-1, -1, -1), (1, 1, 0)), box((-0.5, -0.5, 0), (0.5, 0.5, 3))])
+    joints = find_interfaces(scene)
+    with pytest.raises(InputError, match='joint of "block0" and "block1" has points that are not between'):
+        assess(scene, interfaces=replace(joints, point=joints.point * 1000))
+    with pytest.raises(InputError, match="a joint is of a block that is not among the 2"):
+        assess(scene, interfaces=replace(joints, pair=joints.pair + 1))
+    assert assess(scene, interfaces=replace(joints, point=joints.point * 1.05)).outcome.word == "stable"

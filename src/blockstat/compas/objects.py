@@ -19,12 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY, Assembly, Block
+from blockstat.assembly import DENSITY, Assembly, Block
 from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError, gathered, known_options
 from blockstat.io.names import distinct_names
-from blockstat.io.parts import chosen_supports, is_marked
+from blockstat.io.parts import chosen_supports, is_marked, with_friction
 from blockstat.typing import Floats, Ints
 
 #: Kinds of joints by their number of points.
@@ -38,7 +38,9 @@ class Source:
     made: Any  #: the assembly or the model itself
     nodes: list[Any]  #: node of the graph of each block
     meshes: list[Any]
-    marks: list[dict[str, Any]]  #: name, group, density and is_support of each block
+    #: name, group, density and is_support of each block, and of elements whether they are mirrored
+    marks: list[dict[str, Any]]
+    said: dict[str, Any]  #: the friction and the gravity that the object states
     key: str  #: the attribute of an edge that lists its joints
 
     @property
@@ -76,20 +78,21 @@ def source_of(thing: Any) -> Source:
         meshes = [thing.node_block(node) for node in nodes]
         marks = []
         for node, mesh in zip(nodes, meshes, strict=True):
-            own = {**mesh.attributes, **thing.graph.node_attributes(node)}
+            own = {**thing.graph.default_node_attributes, **mesh.attributes, **thing.graph.node[node]}
             marks.append({**_marks(own), "name": str(getattr(mesh, "_name", None) or node)})
-        return Source(thing, nodes, meshes, marks, "interfaces")
+        return Source(thing, nodes, meshes, marks, _said(thing.attributes), "interfaces")
     if hasattr(thing, "elements") and hasattr(thing, "graph"):
         elements = [element for element in thing.elements() if type(element).__name__ != "Group"]
-        marks = [_marks_of_element(element) for element in elements]
         meshes = [element.modelgeometry for element in elements]
-        for mark, mesh in zip(marks, meshes, strict=True):
+        for element, mesh in zip(elements, meshes, strict=True):
             if not hasattr(mesh, "to_vertices_and_faces"):
                 kind = type(mesh).__name__
                 raise InputError(
-                    f'element "{mark["name"]}": its geometry is a {kind}; only blocks with a mesh are read'
+                    f'element "{_name_of(element)}": its geometry is a {kind}; only blocks with a mesh are read'
                 )
-        return Source(thing, [element.graphnode for element in elements], meshes, marks, "contacts")
+        marks = [_marks_of_element(element, mesh) for element, mesh in zip(elements, meshes, strict=True)]
+        nodes, said = [element.graphnode for element in elements], _said(thing.graph.attributes)
+        return Source(thing, nodes, meshes, marks, said, "contacts")
     raise InputError(
         f"a {type(thing).__name__} is neither an Assembly of compas_assembly, a Model of compas_model "
         "nor a Problem of compas_dem"
@@ -104,15 +107,28 @@ def _marks(attributes: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _marks_of_element(element: Any) -> dict[str, Any]:
+def _said(attributes: dict[str, Any]) -> dict[str, Any]:
+    said: dict[str, Any] = with_friction({key: attributes.get(key) for key in ("friction", "gravity")})
+    return {key: value for key, value in said.items() if value is not None}
+
+
+def _name_of(element: Any) -> str:
+    return str(element._name or f"block{element.graphnode}")
+
+
+def _marks_of_element(element: Any, mesh: Any) -> dict[str, Any]:
+    """What an element says, and its mesh where it says nothing, as in a file."""
     groups, parent = [], element.parent
     while parent:
-        groups.insert(0, str(parent.name))
+        if type(parent).__name__ == "Group" and parent._name:
+            groups.insert(0, str(parent._name))
         parent = parent.parent
-    density = getattr(element.material, "density", None)
-    support = getattr(element, "is_support", False)
-    name = str(element._name or f"block{element.graphnode}")
-    return {"name": name, "group": ".".join(groups), "density": density, "is_support": support}
+    own = {"density": getattr(element.material, "density", None), "is_support": getattr(element, "is_support", None)}
+    marks = {**_marks(mesh.attributes), **{key: value for key, value in own.items() if value is not None}}
+    placed = getattr(element, "modeltransformation", None)
+    mirrored = placed is not None and float(np.linalg.det(np.array(placed.matrix, dtype=float)[:3, :3])) < 0
+    named = {"name": _name_of(element), "group": ".".join(groups) or marks["group"], "mirrored": mirrored}
+    return {**marks, **named}
 
 
 @known_options
@@ -121,8 +137,8 @@ def from_compas(
     *,
     supports: Iterable[int | str] | None = None,
     density: float = DENSITY,
-    friction: float = FRICTION,
-    gravity: Any = STANDARD_GRAVITY,
+    friction: float | None = None,
+    gravity: Any = None,
 ) -> Assembly:
     """Read a COMPAS object in memory; every function of blockstat takes what this returns.
 
@@ -135,9 +151,9 @@ def from_compas(
     density : float, optional
         Of the blocks that have none of their own [kg/m3].
     friction : float, optional
-        Coefficient of friction of all joints.
+        Coefficient of friction of all joints; by default the attribute "friction" of the object, or 0.7.
     gravity : sequence of float, shape (3,), optional
-        [m/s2].
+        [m/s2]; by default the attribute "gravity" of the object, or 9.81 downwards.
 
     Returns
     -------
@@ -172,7 +188,7 @@ def assembly_of(source: Source, *, supports: Iterable[int | str] | None = None, 
     supports : iterable of int or str, optional
         In place of those that the object marks.
     **options
-        Keyword arguments of `Assembly.from_blocks`.
+        Keyword arguments of `Assembly.from_blocks`; None for what the object says.
 
     Returns
     -------
@@ -187,8 +203,11 @@ def assembly_of(source: Source, *, supports: Iterable[int | str] | None = None, 
     blocks = []
     for mesh, mark, name in zip(source.meshes, source.marks, names, strict=True):
         vertices, faces = mesh.to_vertices_and_faces()
+        if mark.get("mirrored"):  # its faces list their corners the other way round
+            faces = [face[::-1] for face in faces]
         blocks.append(Block(vertices, faces, name, mark["group"], mark["density"]))
-    return Assembly.from_blocks(blocks, supports=chosen, name=str(source.made.name or "assembly"), **options)
+    said = source.said | {key: value for key, value in options.items() if value is not None}
+    return Assembly.from_blocks(blocks, supports=chosen, name=str(source.made.name or "assembly"), **said)
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,7 +238,8 @@ def recorded_joints(source: Source, assembly: Assembly) -> Recorded | None:
     Raises
     ------
     InputError
-        For an edge to a node without a block, or a frame that points from v to u on the edge (u, v).
+        For an edge to a node without a block or from a node to itself, a joint without points or frame, or a frame that
+        points from v to u on the edge (u, v).
     """
     index = {node: i for i, node in enumerate(source.nodes)}
     joints = list(source.joints())
@@ -230,6 +250,10 @@ def recorded_joints(source: Source, assembly: Assembly) -> Recorded | None:
     if not joints:
         return None
     uv = np.array([[index[u], index[v]] for u, v, _ in joints])
+    for u, v, joint in joints:
+        if u == v or not len(joint.points) or joint.frame is None:
+            lacks = "a second node" if u == v else "a frame" if len(joint.points) else "points"
+            raise InputError(f"a joint on the edge ({u}, {v}) lacks {lacks}")
     points = [np.array([list(point) for point in joint.points], dtype=float) for _, _, joint in joints]
     axes = np.array([[list(axis) for axis in _axes(joint.frame)] for _, _, joint in joints], dtype=float)
     for (u, v, _), (a, _), own, (normal, *_) in zip(joints, uv, points, axes, strict=True):

@@ -10,7 +10,7 @@ import numpy as np
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Outcome, Verdict, relative_motion
-from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY, Assembly
+from blockstat.assembly import DENSITY, Assembly
 from blockstat.compas.objects import Recorded, Source, assembly_of, recorded_joints, source_of
 from blockstat.compas.record import MOTION, record, results_of
 from blockstat.contact.interfaces import GAP, find_interfaces
@@ -29,7 +29,7 @@ def solve(
     *,
     friction: float | None = None,
     density: float | None = None,
-    gravity: Any = STANDARD_GRAVITY,
+    gravity: Any = None,
     joints: str = "recorded",
     flow: str = "associated",
     gap: float | str = GAP,
@@ -42,11 +42,12 @@ def solve(
     thing : Assembly of compas_assembly, Model of compas_model, or Problem of compas_dem
         The object, in metres and with z up. A problem brings its loads and the friction of its contact model.
     friction : float, optional
-        Coefficient of friction of all joints, 0.7 if nothing says otherwise.
+        Coefficient of friction of all joints; by default that of the problem or the attribute "friction" of the object,
+        or 0.7.
     density : float, optional
         Of the blocks that have none of their own [kg/m3], 2691 if nothing says otherwise.
     gravity : sequence of float, shape (3,), optional
-        [m/s2].
+        [m/s2]; by default the attribute "gravity" of the object, or 9.81 downwards.
     joints : {"recorded", "found"}, optional
         "recorded" judges the joints that the object holds, and finds them where it holds none; it warns of blocks that
         touch without a recorded joint. "found" finds all joints, and replaces those of the object.
@@ -92,8 +93,8 @@ def solve(
     problem = thing if hasattr(thing, "boundary_conditions") and hasattr(thing, "model") else None
     source = source_of(thing.model if problem is not None else thing)
     model = None if problem is None else problem.contact_properties.contact_model
-    if friction is None:
-        friction = FRICTION if model is None else float(model.mu)
+    if friction is None and model is not None:
+        friction = float(model.mu)
     assembly = assembly_of(source, density=DENSITY if density is None else density, friction=friction, gravity=gravity)
     loads = None if problem is None else _loads(problem, source, assembly)
     verdict, recorded = _verdict(source, assembly, joints, gap=gap, flow=flow, loads=loads)

@@ -229,7 +229,10 @@ def _of_element(model: _Model, guid: str) -> _Solid:
     if not isinstance(element.data.get("geometry"), dict):
         raise InputError(f'{label}: a "{element.dtype}" stores no mesh; only blocks with a mesh are read')
     mesh = _mesh(_as(element.data["geometry"], _Object, f"{label}: geometry"), label)
-    material = model.materials.get(str(element.data.get("material") or ""))
+    made_of = element.data.get("material")
+    if made_of and str(made_of) not in model.materials:
+        raise InputError(f'{label}: no material "{made_of}" in the model')
+    material = model.materials[str(made_of)] if made_of else None
     attributes = {**mesh.attributes, **(material.data if material else {}), **element.data}
     return _solid(mesh, _name(element), attributes, guid)
 
