@@ -74,8 +74,8 @@ def assembled(*nodes, **edges):
     return SimpleNamespace(graph=graph, node_block=MESHES.get, attributes={}, name="tower")
 
 
-def joint(frame=UP):
-    return SimpleNamespace(points=BASE, frame=frame, size=1.0, forces=None)
+def joint(frame=UP, scale=1.0):
+    return SimpleNamespace(points=scale * np.array(BASE), frame=frame, size=1.0, forces=None)
 
 
 def element(name, mesh, *groups, **options):
@@ -118,6 +118,7 @@ class Brep:
         (assembled(ground_stone=[joint(UNDER)]), r"edge \(ground, stone\) points from stone to ground; its z axis"),
         (assembled(ground_stone=[SimpleNamespace(points=[], frame=UP)]), r"edge \(ground, stone\) lacks points"),
         (assembled(ground_stone=[SimpleNamespace(points=BASE, frame=None)]), r"\(ground, stone\) lacks a frame"),
+        (assembled(ground_stone=[joint(scale=1000)]), r"joint on the edge \(ground, stone\) are not between the two"),
         (assembled(stone_stone=[joint()]), r"edge \(stone, stone\) lacks a second node"),
         (assembled(stone_ground=[joint(UP)]), r"edge \(stone, ground\) points from ground to stone; its z axis"),
     ],

@@ -37,9 +37,6 @@ if TYPE_CHECKING:
 
 #: A contact that closes at less than this, where the fastest corner moves at 1, does not close: rounding.
 CLOSING = 1e-9
-#: How far contact points that are given may lie outside the box of either block, relative to the smaller one: the
-#: largest gap of a joint that a search takes.
-FARTHEST = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,8 +266,8 @@ def pose(
     Raises
     ------
     InputError
-        When nothing supports the assembly, when blocks overlap, for loads of the wrong shape, or for joints that cannot
-        be those of the blocks.
+        When nothing supports the assembly, when blocks overlap, for loads of the wrong shape, or for joints with
+        numbers that are not finite or of no blocks.
     """
     changes = {k: v for k, v in (("friction", friction), ("gravity", gravity)) if v is not None}
     assembly = assembly.with_(**changes) if changes else assembly
@@ -320,26 +317,17 @@ def pose(
 
 
 def _check_given(assembly: Assembly, interfaces: Interfaces) -> None:
-    """Raise InputError for joints that cannot be those of the blocks: of no numbers, of no blocks, or far from them."""
-    if len(interfaces.pair) and not 0 <= interfaces.pair.min() <= interfaces.pair.max() < assembly.n_blocks:
+    """Raise InputError for joints whose numbers are none, or that are of no blocks."""
+    if not len(interfaces.pair):
+        return
+    if not 0 <= interfaces.pair.min() <= interfaces.pair.max() < assembly.n_blocks:
         raise InputError(f"interfaces: a joint is of a block that is not among the {assembly.n_blocks} of the assembly")
-    joint = interfaces.point_interface
-    bad = np.zeros(len(interfaces.pair), dtype=bool)
-    for numbers in (interfaces.frame, interfaces.area, interfaces.gap):
-        bad |= ~np.isfinite(numbers).reshape(len(bad), -1).all(axis=1)
-    bad[joint[~np.isfinite(interfaces.point).all(axis=1)]] = True
-    reason = "has numbers that are not finite"
-    if not (bad.any() or interfaces.moved):
-        pair = interfaces.pair[joint]
-        reach = FARTHEST * assembly.size[pair].min(axis=1)[:, None]
-        lower, upper = assembly.bounds
-        for block in pair.T:
-            off = (interfaces.point < lower[block] - reach) | (interfaces.point > upper[block] + reach)
-            bad[joint[off.any(axis=1)]] = True
-        reason = "has points that are not between the two blocks"
+    bad = ~np.isfinite(interfaces.frame).all(axis=(1, 2))
+    bad |= ~(np.isfinite(interfaces.area) & np.isfinite(interfaces.gap))
+    bad[interfaces.point_interface[~np.isfinite(interfaces.point).all(axis=1)]] = True
     if bad.any():
         one, two = (f'"{assembly.names[block]}"' for block in interfaces.pair[int(np.argmax(bad))])
-        raise InputError(f"interfaces: the joint of {one} and {two} {reason}; find_interfaces finds joints")
+        raise InputError(f"interfaces: the joint of {one} and {two} has numbers that are not finite")
 
 
 def unheeded(assembly: Assembly, interfaces: Interfaces) -> list[str]:

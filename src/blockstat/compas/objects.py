@@ -29,6 +29,9 @@ from blockstat.typing import Floats, Ints
 
 #: Kinds of joints by their number of points.
 KINDS = {1: ContactKind.CORNER, 2: ContactKind.EDGE}
+#: How far the points of a joint may lie outside the box of either block, relative to the smaller one: the largest gap
+#: of a joint that a search takes.
+FARTHEST = 0.2
 
 
 @dataclass(frozen=True)
@@ -238,8 +241,8 @@ def recorded_joints(source: Source, assembly: Assembly) -> Recorded | None:
     Raises
     ------
     InputError
-        For an edge to a node without a block or from a node to itself, a joint without points or frame, or a frame that
-        points from v to u on the edge (u, v).
+        For an edge to a node without a block or from a node to itself, a joint without points or frame or elsewhere
+        than between its blocks, or a frame that points from v to u on the edge (u, v).
     """
     index = {node: i for i, node in enumerate(source.nodes)}
     joints = list(source.joints())
@@ -256,8 +259,9 @@ def recorded_joints(source: Source, assembly: Assembly) -> Recorded | None:
             raise InputError(f"a joint on the edge ({u}, {v}) lacks {lacks}")
     points = [np.array([list(point) for point in joint.points], dtype=float) for _, _, joint in joints]
     axes = np.array([[list(axis) for axis in _axes(joint.frame)] for _, _, joint in joints], dtype=float)
-    for (u, v, _), (a, _), own, (normal, *_) in zip(joints, uv, points, axes, strict=True):
-        _check_direction(assembly, int(a), own, normal, f"({u}, {v})")
+    for (u, v, _), pair, own, (normal, *_) in zip(joints, uv, points, axes, strict=True):
+        _check_place(assembly, pair, own, f"({u}, {v})")
+        _check_direction(assembly, int(pair[0]), own, normal, f"({u}, {v})")
     onto = np.where(uv[:, 0] < uv[:, 1], 1, -1)
     # Turned about, a frame (z, x, y) is right-handed as (-z, y, x).
     frame = np.where(onto[:, None, None] > 0, axes, axes[:, [0, 2, 1]] * np.array([-1.0, 1.0, 1.0])[:, None])
@@ -285,6 +289,14 @@ def _area(points: Floats) -> float:
     """Of a plane polygon [m2]; zero for an edge or a corner."""
     arms = points - points[0]
     return float(np.linalg.norm(np.cross(arms[:-1], arms[1:]).sum(axis=0)) / 2)
+
+
+def _check_place(assembly: Assembly, pair: Ints, points: Floats, label: str) -> None:
+    """Raise InputError where points of a joint are not between its two blocks."""
+    reach = FARTHEST * assembly.size[pair].min()
+    lower, upper = (bound[pair][:, None] for bound in assembly.bounds)
+    if not ((points >= lower - reach) & (points <= upper + reach)).all():
+        raise InputError(f"the points of a joint on the edge {label} are not between the two blocks")
 
 
 def _check_direction(assembly: Assembly, block: int, points: Floats, normal: Floats, label: str) -> None:
