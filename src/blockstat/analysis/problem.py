@@ -267,7 +267,7 @@ def pose(
     ------
     InputError
         When nothing supports the assembly, when blocks overlap, for loads of the wrong shape, or for joints with
-        numbers that are not finite or of no blocks.
+        numbers that are not finite or of blocks that are not in the assembly.
     """
     changes = {k: v for k, v in (("friction", friction), ("gravity", gravity)) if v is not None}
     assembly = assembly.with_(**changes) if changes else assembly
@@ -317,7 +317,7 @@ def pose(
 
 
 def _check_given(assembly: Assembly, interfaces: Interfaces) -> None:
-    """Raise InputError for joints whose numbers are none, or that are of no blocks."""
+    """Raise InputError for joints with numbers that are not finite, or of blocks that are not in the assembly."""
     if not len(interfaces.pair):
         return
     if not 0 <= interfaces.pair.min() <= interfaces.pair.max() < assembly.n_blocks:

@@ -29,11 +29,11 @@ from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_res
 from blockstat.large_displacement.linkage.parts import part_that_moves_control
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState
 from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.mechanism_finder import MechanismFinder
 from blockstat.large_displacement.self_stress import carried_without_self_stress, warning_of_self_stress
 from blockstat.large_displacement.shared_slip import joints_that_slide_alone
 from blockstat.large_displacement.statics.limit_state import associated_multiplier
 from blockstat.large_displacement.strength import warning_of_strength
-from blockstat.large_displacement.unstable_mixture import MechanismFinder
 from blockstat.result import listed
 from blockstat.solve.dispatch import CHOICES
 from blockstat.typing import Floats, Ints
