@@ -71,6 +71,7 @@ def record(tmp_path):
     [
         (["verify", "{file}", "{file}", "--case", "gale", "--loads", "{loads}"], "--case goes with one file"),
         (["verify", "{file}", "--loads", "{loads}"], "--loads gives load cases; choose one by --case NAME"),
+        (["verify", "{file}", "--threshold", "0"], "--threshold is 0.0; it must be a positive number of metres"),
         (["limit", "{file}"], "--load AX,AY,AZ or --case NAME with live loads is needed"),
         (["limit", "{file}", "--case", "calm", "--loads", "{loads}"], 'case "calm" has no live loads'),
         (["shake", "{file}"], "one of --record, --pulse and --ramp is needed; given: none"),

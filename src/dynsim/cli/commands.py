@@ -35,7 +35,7 @@ from blockstat.cli.places import keep_places
 from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
-from dynsim.cli.criteria import Engine, Group, Preset, Threshold
+from dynsim.cli.criteria import Engine, Group, Preset, Threshold, settings_of
 from dynsim.cli.ida import ida
 from dynsim.cli.loads import (
     DIRECTION,
@@ -112,7 +112,6 @@ def verify(
     """Simulate assemblies, several files side by side, and evaluate them by displacement (Eq. 1, Eq. 2)."""
     from dynsim.judge.verify import verify as run
     from dynsim.loads.load import as_loads
-    from dynsim.settings import Settings
 
     def read(file: Path) -> Assembly:
         assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
@@ -123,7 +122,7 @@ def verify(
         return with_glue(assembly, glue)
 
     settings, near = (
-        Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold),
+        settings_of(preset, threshold, group),
         gap_of(gap),
     )
     loads = loads_of(remove, settle, push, tilt_to)
@@ -219,12 +218,11 @@ def shake(
     to the ground.
     """
     from dynsim.judge.verify import verify as run
-    from dynsim.settings import Settings
 
     motion, near = ground_of(record, pulse, ramp, direction, scale), gap_of(gap)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     doubt_loads(assembly.metadata, file, chosen=False)
-    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
+    settings = settings_of(preset, threshold, group)
     actions = stiffness_of(inertia_scale, angular_stiffness)
     evaluate = partial(run, settings=settings, loads=[motion], actions=actions, gap=near)
     _verify_one(file, with_glue(assembly, glue), evaluate, output, as_json, film)
@@ -259,14 +257,13 @@ def limit(
     """
     from dynsim.judge.limit import LimitOutcome
     from dynsim.judge.limit import limit as run
-    from dynsim.settings import Settings
 
     near = gap_of(gap)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     growing, permanent = load_and_loads(
         assembly, direction, chosen_case(assembly, file, case, loads_file, gap=near, tilt=tilt)
     )
-    settings = Settings.named(preset, roof_threshold=threshold, brick_threshold=threshold)
+    settings = settings_of(preset, threshold)
     with at_work("static limit") as say:
         found = run(
             with_glue(assembly, glue), growing, loads=permanent, settings=settings, width=width, check=check, gap=near,

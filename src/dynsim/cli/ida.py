@@ -29,7 +29,7 @@ from blockstat.cli.options import (
 from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
-from dynsim.cli.criteria import Group, Preset, Threshold
+from dynsim.cli.criteria import Group, Preset, Threshold, settings_of
 from dynsim.cli.loads import DIRECTION, SCALE, Direction, Jobs, Scale
 
 if TYPE_CHECKING:
@@ -88,7 +88,6 @@ def ida(
     """
     from blockstat.view.plot import fresh_figure
     from dynsim.earthquake.analysis import incremental
-    from dynsim.settings import Settings
     from dynsim.view.earthquake import plot_incremental
 
     if plot is not None:
@@ -96,7 +95,7 @@ def ida(
     near, motions = gap_of(gap), _named(record, direction, scale)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     doubt_loads(assembly.metadata, file, chosen=False)
-    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
+    settings = settings_of(preset, threshold, group)
     with at_work(f"{len(motions)} records, {assembly.n_blocks:,} blocks") as say:
         found = incremental(
             with_glue(assembly, glue), motions, measure=measure, start=start, factor=factor, up_to=up_to,

@@ -12,7 +12,7 @@ from blockstat.cli.cases import doubt_loads
 from blockstat.cli.chance import Imperfect, imperfections_of
 from blockstat.cli.options import AsJson, Friction, Gap, Gravity, Tilt, gap_of, modified, print_json
 from blockstat.errors import InputError
-from dynsim.cli.criteria import Group, Preset, Threshold
+from dynsim.cli.criteria import Group, Preset, Threshold, settings_of
 
 if TYPE_CHECKING:
     from blockstat.design_search.search import Margin, SearchResult
@@ -58,7 +58,6 @@ def optimise(
     from blockstat.design_search.search import FailureTarget, space_of
     from blockstat.spec import load_scene
     from dynsim.design_search.optimise import optimise as run
-    from dynsim.settings import Settings
 
     building, near = load_scene(scene), gap_of(gap)
     directory = output or Path("out") / building.name
@@ -66,7 +65,7 @@ def optimise(
     space_of(building, names)
     doubt_loads({"loads": building.loads, "cases": building.cases}, scene, chosen=False)
     directory.mkdir(parents=True, exist_ok=True)
-    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
+    settings = settings_of(preset, threshold, group)
     conditions = {"friction": friction, "gravity": gravity, "tilt": tilt, "gap": gap}
     others = {
         "strategy": strategy, "over": over, "parameters": only, "snap": snap or None, "reserve": reserve,
