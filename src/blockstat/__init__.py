@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     from blockstat.chance.monte_carlo import Reliability, ReliabilityOutcome, fragility, reliability
     from blockstat.chance.variables import Random, random_variables
     from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check, side_wall_friction
-    from blockstat.code_check.nonlinear import LimitState, NonlinearCheck, RockingBlock, nonlinear_check
+    from blockstat.code_check.nonlinear import LimitState, NonlinearCheck, nonlinear_check
+    from blockstat.code_check.rocking import RockingBlock
     from blockstat.code_check.spectrum import Floor, Site, SpectrumTable
     from blockstat.contact.interfaces import Dropped, Interfaces, find_interfaces
     from blockstat.contact.overlap.penetration import overlaps
@@ -196,7 +197,8 @@ _HOMES = {
         "reinforcement.ties": "TieOutcome TieRange anchor_plate tendon_load tie_gain tie_range",
         "studies.settling_path": "PathOutcome SettlementPath settle_to_collapse",
         "traffic.envelope": "MovingLoad MovingOutcome moving_load",
-        "code_check.nonlinear": "LimitState NonlinearCheck RockingBlock nonlinear_check",
+        "code_check.nonlinear": "LimitState NonlinearCheck nonlinear_check",
+        "code_check.rocking": "RockingBlock",
         "code_check.spectrum": "Floor Site SpectrumTable",
         "code_check.linear": "CheckOutcome LinearCheck linear_check side_wall_friction",
         "loads": "acceleration point_load",

@@ -13,8 +13,9 @@ import numpy as np
 
 from blockstat.errors import HUGE, InputError, known_options
 from blockstat.geometry.convex_pieces import contains
+from blockstat.geometry.polyhedron import next_in_face
 from blockstat.geometry.triangulation import triangulate
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -97,7 +98,7 @@ def acceleration(
         Load only the blocks of this group.
     profile : sequence of (height, factor), optional
         Factors on the acceleration at heights against gravity [m], in ascending order: linear between them, and those
-        of the ends beyond. Within a block the acceleration is linear from its lowest to its highest corner.
+        of the ends beyond.
 
     Returns
     -------
@@ -131,17 +132,79 @@ def _by_height(assembly: Assembly, load: Floats, profile: Sequence[Sequence[floa
         raise InputError(f"profile is {profile!r}; it must be pairs of a height and a factor") from None
     if not (np.isfinite([height, factor]).all() and (np.diff(height) > 0).all()):
         raise InputError(f"profile has heights {height.tolist()}; they must ascend")
+    whole, first = _integrals_of(assembly, height, factor)
+    by_volume = load[:, :3] / assembly.volume[:, None]
+    return np.hstack([whole[:, None] * by_volume, np.cross(first, by_volume)])
+
+
+def _integrals_of(assembly: Assembly, height: Floats, factor: Floats) -> tuple[Floats, Floats]:
+    """The integrals over each block of a function f of the height, and of f r, r from the centroid.
+
+    By the divergence theorem they are those of F n_z over the surface, where F' = f, and of F n_z r; that of f z is the
+    integral of G n_z, where G' = z f. F and G are cubic at most between two heights, at which triangles are split.
+    """
     up = -assembly.gravity / np.linalg.norm(assembly.gravity)
-    rise, first = assembly.vertices @ up, assembly.vertex_start[:-1]
-    low, high = np.minimum.reduceat(rise, first), np.maximum.reduceat(rise, first)
-    below, above = np.interp(low, height, factor), np.interp(high, height, factor)
-    slope = (above - below) / (high - low)
-    # A force (1 + slope h) f per mass has the moment slope (int h r dm) x f: second moments from the inertia.
-    second = 0.5 * np.trace(assembly.inertia, axis1=1, axis2=2)[:, None, None] * np.eye(3) - assembly.inertia
-    per_mass = load[:, :3] / assembly.mass[:, None]
-    moment = slope[:, None] * np.cross(second @ up, per_mass)
-    middle = below + slope * (assembly.centroid @ up - low)
-    return np.hstack([middle[:, None] * load[:, :3], moment])
+    triangle, block = _surface(assembly)
+    knot = height - (assembly.centroid @ up)[:, None]  # above the centroid, shape (n_blocks, k)
+    for k in range(len(height)):
+        triangle, block = _split(triangle, triangle @ up - knot[block, k, None], block)
+    point, area = _quadrature(triangle, up)
+    z = point @ up
+    primitive, moment = np.zeros_like(z), np.zeros_like(z)
+    ends = np.pad(knot[block], ((0, 0), (1, 1)), constant_values=(-np.inf, np.inf))
+    slope = np.pad(np.diff(factor) / np.diff(height), 1)
+    for k, rate in enumerate(slope):
+        low, high, nearest = ends[:, k, None], ends[:, k + 1, None], max(k - 1, 0)
+        at_centroid = factor[nearest] - rate * knot[block, nearest, None]
+        for there, sign in ((np.clip(z, low, high), 1.0), (np.clip(0.0, low, high), -1.0)):
+            primitive += sign * (at_centroid * there + rate * there**2 / 2)
+            moment += sign * (at_centroid * there**2 / 2 + rate * there**3 / 3)
+    level = point - z[..., None] * up
+    first = np.einsum("tq,tqi->ti", area * primitive, level) + (area * moment).sum(axis=1)[:, None] * up
+    sums = np.column_stack([(area * primitive).sum(axis=1), first])
+    whole = np.zeros((assembly.n_blocks, 4))
+    np.add.at(whole, block, sums)
+    return whole[:, 0], whole[:, 1:]
+
+
+def _surface(assembly: Assembly) -> tuple[Floats, Ints]:
+    """Triangles about the middle of each face, from the centroids of their blocks, shape (n, 3, 3), and the blocks."""
+    count = np.diff(assembly.face_start)
+    block = np.repeat(assembly.face_block, count)
+    corner = assembly.vertices[assembly.face_vertices] - assembly.centroid[block]
+    middle = np.add.reduceat(corner, assembly.face_start[:-1], axis=0) / count[:, None]
+    following = corner[next_in_face(assembly.face_start)]
+    return np.stack([np.repeat(middle, count, axis=0), corner, following], axis=1), block
+
+
+def _quadrature(triangle: Floats, up: Floats) -> tuple[Floats, Floats]:
+    """Points in triangles and their parts of the area seen from above, exact for polynomials of degree 4.
+
+    Shapes (n, 9, 3) and (n, 9): Gauss points of a square whose one side shrinks to a corner.
+    """
+    node, weight = np.polynomial.legendre.leggauss(3)
+    u, v = (part.ravel() for part in np.meshgrid((node + 1) / 2, (node + 1) / 2, indexing="ij"))
+    share = np.column_stack([1 - u, u * (1 - v), u * v])
+    twice = np.cross(triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]) @ up
+    return share @ triangle, np.outer(twice, np.outer(weight, weight).ravel() / 4 * u)
+
+
+def _split(triangle: Floats, above: Floats, block: Ints) -> tuple[Floats, Ints]:
+    """Split triangles where a height changes its sign, `above` at their corners: each from a corner, twice at most."""
+    while len(rows := np.flatnonzero((above * np.roll(above, -1, axis=1)).min(axis=1) < 0)):
+        one, other = triangle[rows], triangle[rows]
+        low, high = above[rows], above[rows]
+        here = np.arange(len(rows))
+        i = np.argmin(low * np.roll(low, -1, axis=1), axis=1)
+        j = (i + 1) % 3
+        part = low[here, i] / (low[here, i] - low[here, j])
+        cut = one[here, i] + part[:, None] * (one[here, j] - one[here, i])
+        one[here, j], other[here, i] = cut, cut
+        low[here, j], high[here, i] = 0.0, 0.0
+        triangle[rows], above[rows] = one, low
+        triangle, above = np.concatenate([triangle, other]), np.concatenate([above, high])
+        block = np.concatenate([block, block[rows]])
+    return triangle, block
 
 
 @known_options

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from blockstat import Assembly, Block, InputError, acceleration, body_load, point_load
 from blockstat.loads import as_load, on_block, three
@@ -55,17 +56,39 @@ def test_a_load_needs_a_direction(direction):
 
 
 def test_an_acceleration_that_changes_with_the_height_is_the_integral_over_the_block():
+    """The factor is linear over the whole block, so a rule of degree two over the tetrahedron is exact."""
     asm = scene()
-    profile = [(-1.0, 0.2), (0.5, 0.7), (1.0, -0.4), (3.0, 2.5)]
-    load = acceleration(asm, (3, 1, -2), profile=profile)[0]
-    rise = WEDGE @ UP
-    ends = rise.min(), rise.max()
-    factors = np.interp(ends, *np.array(profile).T)
+    load = acceleration(asm, (3, 1, -2), profile=[(-100.0, -3.0), (100.0, 7.0)])[0]
     points, volume = inside_tetrahedron(WEDGE)
-    scale = np.interp(points @ UP, ends, factors)
-    force = 700.0 * volume * 69**0.5 * scale[:, None] * np.array([3, 1, -2]) / 14**0.5
+    factors = 2.0 + 0.05 * (points @ UP)
+    force = 700.0 * volume * 69**0.5 * factors[:, None] * np.array([3, 1, -2]) / 14**0.5
     np.testing.assert_allclose(load[:3], force.sum(axis=0), rtol=1e-12)
     np.testing.assert_allclose(load[3:], np.cross(points - asm.centroid[0], force).sum(axis=0), rtol=1e-9)
+
+
+@pytest.mark.parametrize("away", [0.0, 1e6])
+def test_a_profile_may_bend_within_a_block(away):
+    """A pillar of 1 m x 1 m x 6 m: force and moment are the integrals of the profile times 1 and times the height."""
+    pillar = Assembly.from_blocks([box((away, away, away), (away + 1, away + 1, away + 6))], density=1000.0)
+    profile = [(away, 0.0), (away + 0.5, 1.0), (away + 4.0, -0.5), (away + 9.0, -0.5)]
+    load = acceleration(pillar, (1, 0, 0), profile=profile)[0] / 9810.0
+    # .5 (0 + 1) / 2, 3.5 (1 - .5) / 2 and -.5 times 2; the first moment of each about the foot.
+    force = 0.25 + 0.875 - 1.0
+    slope, first = -1.5 / 3.5, 0.5**2 / 3
+    second = (1 - 0.5 * slope) * (4**2 - 0.5**2) / 2 + slope * (4**3 - 0.5**3) / 3
+    moment = first + second - 0.5 * (6**2 - 4**2) / 2 - 3.0 * force
+    np.testing.assert_allclose(load, [force, 0, 0, 0, moment, 0], atol=1e-8 if away else 1e-12)
+
+
+def test_two_parts_of_a_block_however_it_lies_carry_what_the_block_does():
+    turn = Rotation.from_rotvec([0.7, -0.4, 0.3]).as_matrix().T
+    parts = [box((0, 0, 0), (1, 2, 1)), box((0, 0, 1), (1, 2, 3)), box((0, 0, 0), (1, 2, 3))]
+    asm = Assembly.from_blocks([Block(part.vertices @ turn, part.faces) for part in parts])
+    profile = [(0.3, 0.0), (0.8, 1.0), (1.7, -2.0), (1.9, 0.5)]
+    load = acceleration(asm, (1, -2, 0), profile=profile)
+    arm = asm.centroid[:2] - asm.centroid[2]
+    moment = load[:2, 3:] + np.cross(arm, load[:2, :3])
+    np.testing.assert_allclose(load[2], np.hstack([load[:2, :3], moment]).sum(axis=0), rtol=1e-9, atol=1e-6)
 
 
 def test_beyond_its_ends_a_profile_is_constant_and_a_group_keeps_its_own():

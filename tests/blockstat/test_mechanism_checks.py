@@ -28,6 +28,7 @@ from blockstat import (
 )
 from blockstat.code_check.linear import GREATEST, bearable
 from blockstat.large_displacement.capacity_curve import CapacityOutcome
+from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.loads import WeightedLoads
 from evidence.scenes.small import stack, trilith
 
@@ -558,6 +559,106 @@ def test_bodies_that_need_each_other_are_apart():
     assert not any("without the others" in text for text in found.warnings)
     # Posts of weight 1.5 move by 1.5, the lintel of weight 1.75 by 3: (4.5 + 5.25)^2 / (4.75 (6.75 + 15.75)).
     assert (len(found.bodies), found.participation) == (3, pytest.approx(9.75**2 / (4.75 * 22.5), rel=1e-4))
+
+
+def test_pairs_of_bodies_that_do_not_touch_are_mechanisms_of_their_own():
+    """Two bays of a lintel on two posts of unequal size: which of them moves how far is arbitrary."""
+    bays = []
+    for x, size in ((0.0, 1.0), (8.0, 2.0)):
+        spans = [((0, 0, 0), (0.5, 1, 3)), ((3, 0, 0), (3.5, 1, 3)), ((0, 0, 3), (3.5, 1, 3.5))]
+        bays += [box(*(size * np.array(end) + (x, 0, 0) for end in span)) for span in spans]
+    ground = box((-2, -2, -1), (18, 4, 0))
+    scene = Assembly.from_blocks([ground, *bays], supports=[0], friction=5.0)
+    found = linear_check(limit_load(scene, SIDE), SIDE, macro_blocks=6)
+    assert len(found.bodies) == 6
+    assert found.participation == 1.0
+    assert any("without the others" in text for text in found.warnings)
+
+
+def bent(friction, **options):
+    """Two courses of 2.5 and 1.5 m, .5 m thick, that bend between the ground and the edge of a slab 3.7 m up."""
+    blocks = [
+        box((-1, -1, -1), (2, 4, 0), name="ground"), box((0.5, 0, 3.7), (1, 3, 4.5), name="slab"),
+        box((0, 0, 0), (0.5, 3, 2.5), name="low"), box((0, 0, 2.5), (0.5, 3, 4), name="high"),
+    ]  # fmt: skip
+    return Assembly.from_blocks(blocks, supports=["ground", "slab"], friction=friction, **options)
+
+
+#: By hand: the lower course turns about its toe, the joint at 2.5 m closes at x = 0 and moves 2.5 aside; there the
+#: upper one turns so that its corner at the slab stays where it is along x, and only slides up.
+BENT = np.array([[2.5, 1.25], [1.5, 2.5 - 2.5 / 1.2 * 0.75]])  # weight, displacement
+PART_OF_BENT = (BENT[:, 0] @ BENT[:, 1]) ** 2 / (BENT[:, 0].sum() * (BENT[:, 0] @ BENT[:, 1] ** 2))
+
+
+@pytest.mark.parametrize("flow", ["associated", "coulomb"])
+def test_bodies_whose_joints_open_as_they_slide_are_taken_as_one(flow):
+    """With associated friction the slab pushes the upper course back: e* sinks to .72, and a0* is 36 % too high."""
+    found = linear_check(limit_load(bent(0.6), SIDE, flow=flow), SIDE)
+    assert found.apart < 0.8 < PART_OF_BENT < 1.0
+    assert found.participation == 1.0
+    assert found.acceleration == pytest.approx(found.alpha0 * 9.81 / 1.35, rel=1e-9)
+    assert any("open as they slide" in text for text in found.warnings)
+
+
+@pytest.mark.parametrize("friction", [0.4, 0.5, 0.6])
+def test_the_bodies_of_a_curve_move_as_joints_that_slide_without_opening_do(friction):
+    found = nonlinear_check(capacity(bent(friction), SIDE, control="mean"), SIDE)
+    assert found.participation == pytest.approx(PART_OF_BENT, rel=1e-6)
+
+
+def under(friction):
+    """A course of 1 m that slides out under one of .8 m, which a support holds."""
+    blocks = [
+        box((-1, -1, -1), (3, 4, 0), name="ground"), box((0, 0, 0), (1, 3, 1), name="low"),
+        box((0, 0, 1), (1, 3, 1.8), name="high"), box((1, 0, 1.5), (1.5, 3, 2.3), name="top"),
+    ]  # fmt: skip
+    return Assembly.from_blocks(blocks, supports=["ground", "top"], friction=friction)
+
+
+def test_a_block_that_stands_still_takes_no_part():
+    """The upper course leans on the support, which carries a = .478 without self-stress.
+
+    With n between the courses: 1.04 n = .8 - .16 a and a = .2 (1 + n) + .2 n.
+    """
+    alpha0 = (0.2 + 0.4 * 0.8 / 1.04) / (1 + 0.4 * 0.16 / 1.04)
+    found = nonlinear_check(capacity(under(0.2), SIDE, control="low"), SIDE, demand={"SLD": 0.5})
+    assert found.bodies == ((1,),)
+    assert found.participation == 1.0
+    assert found.alpha0 == pytest.approx(alpha0, rel=1e-3)
+    assert found.state("SLD").ag == pytest.approx(alpha0 / 1.35, rel=1e-3)
+    assert found.outcome.word == "not_satisfied"
+    assert not linear_check(limit_load(under(0.4), SIDE, flow="coulomb"), SIDE, demand=2.0).satisfied
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.5])
+def test_a_block_that_falls_out_bounds_life_safety(share):
+    """From .125 at rest to zero along a line: the multiplier where it falls is that of the next point."""
+    whole = curve_of_a_point()
+    there = share * whole.displacement[-1]
+    found = nonlinear_check(replace(whole, fallen=(FallenBlocks(there, np.array([1])),)), SIDE, confidence=1.0)
+    before, beyond = np.flatnonzero(whole.displacement < there)[-1], np.flatnonzero(whole.displacement >= there)[0]
+    state, part = found.state("SLV"), whole.displacement[before] / whole.displacement[-1]
+    assert state.displacement == pytest.approx(min(part, 0.4) * found.ultimate, rel=1e-9)
+    if share < 0.4:
+        assert state.acceleration == pytest.approx(whole.lower[beyond] * 9.81, rel=1e-9)
+
+
+@pytest.mark.parametrize("factor", [0.9, 0.6, 1.4])
+def test_a_multiplier_is_in_units_of_the_gravity_of_the_scene(factor):
+    own = wall().with_(gravity=(0, 0, -9.81 * factor))
+    found = linear_check(limit_load(own, SIDE), SIDE)
+    assert found.acceleration == pytest.approx(0.125 * factor * 9.81 / 1.35, rel=1e-6)
+    assert found.ag_damage == pytest.approx(0.125 * factor / 1.35, rel=1e-6)
+    assert not found.warnings
+    states, usual = (nonlinear_check(capacity(scene, SIDE, control="wall"), SIDE) for scene in (own, wall()))
+    assert states.state("SLV").period == pytest.approx(usual.state("SLV").period / factor**0.5, rel=1e-6)
+    assert states.rocking.frequency == pytest.approx(usual.rocking.frequency * factor**0.5, rel=1e-9)
+
+
+def test_a_gravity_in_other_units_is_that_of_the_earth():
+    found = linear_check(limit_load(wall().with_(gravity=(0, 0, -1)), SIDE), SIDE)
+    assert found.acceleration == pytest.approx(0.125 * 9.81 / 1.35, rel=1e-6)
+    assert any("gravity is 1, which is taken as 9.81 m/s2" in text for text in found.warnings)
 
 
 def test_a_permanent_load_that_presses_down_without_mass_is_told():

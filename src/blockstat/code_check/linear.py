@@ -8,7 +8,8 @@ P are the weights that take part, d the horizontal components of the virtual dis
 move as one body count as one: a wall divided into courses that turn together has `e* = 1`, while its courses one by one
 give 3/4, and an a0* that is a third too high. The formula is for the few macro-blocks of a mechanism drawn by hand. A
 mechanism that spreads over the stones of a wall lowers e* in the same way, so there its bodies are taken as one: e* is
-at most 1 (Cauchy and Schwarz), and a0* at least alpha0 g / FC.
+at most 1 (Cauchy and Schwarz), and a0* at least alpha0 g / FC. So they are where joints open as they slide, as those of
+associated friction do: an upper body that slides on the edge of a floor is pushed back by that, and e* sinks.
 """
 
 from __future__ import annotations
@@ -20,9 +21,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
+from blockstat.analysis.verdict import relative_motion
 from blockstat.code_check.macro_blocks import a_part_moves_alone
-from blockstat.code_check.pushed import G, check_pushed, mass_points
+from blockstat.code_check.pushed import G, check_pushed, gravity_of, mass_points
 from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of, table_ends
+from blockstat.contact.point_law import joint_friction
 from blockstat.errors import InputError, check_count, check_number, check_positive, check_vector, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
@@ -40,6 +43,7 @@ TOGETHER = 1e-5
 MACRO_BLOCKS = 3
 #: No masonry has a larger behaviour factor (NTC 2018, 7.3.II).
 MOST_BEHAVIOUR = 5.0
+STICKS = 1e3  #: a larger coefficient of friction is as good as any: no joint slides that has it
 LEVEL = 1e-3  #: a direction counts as horizontal whose sine with the horizon is at most this
 GREATEST = 10.0  #: no ground acceleration comes near it, in units of g
 #: Ground accelerations at which a demand is looked at, in units of g: each 1.6 % above the one before. Where that of a
@@ -151,7 +155,8 @@ def linear_check(
     ----------
     limit : LimitLoad
         Of a horizontal acceleration, of all that has mass. alpha0 is its lower bound; with flow="coulomb" that without
-        dilatancy, of the joints that carry least. The displacements are those of its mechanism.
+        dilatancy, of the joints that carry least. The displacements are those of its mechanism, which has associated
+        friction in either case.
     direction : sequence of float, shape (3,)
         Direction of the acceleration.
     site : Site or SpectrumTable, optional
@@ -200,7 +205,8 @@ def linear_check(
     By C8.7.1.5 a lower e* is a higher a0*. e* sinks where still weights count and where one macro-block counts as many
     bricks; by Cauchy and Schwarz it is at most 1. So blocks whose motion the bracket of the limit does not prove do not
     count, and more bodies than a hand mechanism has are taken as one. So are bodies of which some are a mechanism of
-    the same multiplier without the others, for how far these move is then arbitrary. The result has both e*.
+    the same multiplier without the others, for how far these move is then arbitrary, and bodies whose joints open as
+    they slide, for stone does not: a capacity curve follows joints that slide without opening. The result has both e*.
 
     Examples
     --------
@@ -229,9 +235,9 @@ def linear_check(
         alpha0, multiplier = limit.coulomb_least[0], "without dilatancy, of the joints that carry least"
     sums = work_sums(limit.assembly, limit.mechanism, direction, bodies, masses)
     push, idle = check_pushed(limit, direction, masses, loads)
-    mixed = 1 < len(bodies) <= macro_blocks and a_part_moves_alone(limit, bodies, push)
-    share, _, warnings = oscillator(sums, bodies, macro_blocks, mixed=mixed)
-    acceleration = alpha0 * G / (share * confidence)
+    gravity, unit = gravity_of(limit.assembly)
+    share, _, warnings = oscillator(sums, bodies, macro_blocks, arbitrary(limit, bodies, push, macro_blocks))
+    acceleration = alpha0 * gravity / (share * confidence)
     high = high_up(limit, bodies) if floor is None else table_ends(ground, floor.period)
 
     def needed(ag: float) -> float:
@@ -244,7 +250,7 @@ def linear_check(
         alpha0=alpha0,
         participation=share,
         apart=sums[1] ** 2 / (sums[0] * sums[2]),
-        mass=share * sums[0] / G,
+        mass=share * sums[0] / gravity,
         acceleration=acceleration,
         confidence=confidence,
         behaviour=behaviour,
@@ -255,7 +261,7 @@ def linear_check(
         bodies=tuple(tuple(int(block) for block in body) for body in bodies),
         multiplier=multiplier,
         ground=ground.words,
-        warnings=tuple(dict.fromkeys([*limit.warnings, *warnings, *high, *idle])),
+        warnings=tuple(dict.fromkeys([*limit.warnings, *warnings, *high, *idle, *unit])),
     )
 
 
@@ -359,8 +365,42 @@ def high_up(limit: LimitLoad, bodies: Sequence[Ints]) -> tuple[str, ...]:
     )
 
 
+def arbitrary(limit: LimitLoad, bodies: Sequence[Ints], push: Floats, macro_blocks: int) -> str:
+    """Return why it is not known how far the bodies of a mechanism move beside each other.
+
+    Parameters
+    ----------
+    limit : LimitLoad
+        With the mechanism.
+    bodies : sequence of array of int
+        Blocks that move as one.
+    push : array, shape (n_blocks, 6)
+        The load of the limit [N, N m].
+    macro_blocks : int
+        Bodies from which on it does not matter.
+
+    Returns
+    -------
+    str
+        The reason; empty where it is known, for one body and for more than `macro_blocks`.
+    """
+    if not 1 < len(bodies) <= macro_blocks:
+        return ""
+    if _opens_as_it_slides(limit):
+        return (
+            "joints of the mechanism open as they slide, which those of stone do not, so that how far its bodies move "
+            "beside each other is not known"
+        )
+    if a_part_moves_alone(limit, bodies, push):
+        return (
+            f"of the {count(bodies)} of the mechanism some are a mechanism without the others, so that how far each "
+            "moves beside them is arbitrary"
+        )
+    return ""
+
+
 def oscillator(
-    sums: tuple[float, float, float], bodies: Sequence[Ints], macro_blocks: int, *, mixed: bool
+    sums: tuple[float, float, float], bodies: Sequence[Ints], macro_blocks: int, reason: str
 ) -> tuple[float, float, tuple[str, ...]]:
     """Return the equivalent oscillator of a mechanism, of one body where its bodies are no macro-blocks of it.
 
@@ -372,8 +412,8 @@ def oscillator(
         Blocks that move as one.
     macro_blocks : int
         Bodies up to which e* is that of the bodies apart.
-    mixed : bool
-        Whether some of the bodies are a mechanism without the others.
+    reason : str
+        What `arbitrary` returns.
 
     Returns
     -------
@@ -387,13 +427,12 @@ def oscillator(
     """
     total, first, second = sums
     apart = first**2 / (total * second)
-    if len(bodies) <= macro_blocks and not mixed:
+    if len(bodies) <= macro_blocks and not reason:
         return apart, second / first, ()
     taken = f"they are taken as one, e* = 1, the safe side. Apart they have e* = {apart:.4g}"
     words = (
-        f"of the {count(bodies)} of the mechanism some are a mechanism without the others, so that how far each moves "
-        f"beside them is arbitrary; {taken}"
-        if mixed
+        f"{reason}; {taken}"
+        if reason
         else f"the mechanism has {count(bodies)}, more than the {macro_blocks} of a mechanism drawn by hand; {taken} "
         f"and would bear {1 / apart:.3g} times the acceleration: bricks count there as macro-blocks"
     )
@@ -494,18 +533,33 @@ def moving_bodies(limit: LimitLoad) -> list[Ints]:
     speed: both are on the safe side.
     """
     assembly, motion = limit.assembly, limit.mechanism
-    own = assembly.vertex_block
-    speed = np.linalg.norm(point_velocity(assembly, motion, own, assembly.vertices), axis=1)
-    fastest = np.maximum.reduceat(speed, assembly.vertex_start[:-1])
-    momentum = assembly.mass * fastest
-    mean = float(momentum @ fastest) / max(float(momentum.sum()), 1e-300)
-    unproven = max(TOGETHER, float(np.sqrt(limit.gap))) * mean
+    fastest, unproven = _speeds(limit)
     moving = fastest > unproven
     pairs = limit.interfaces.pair
     pairs = pairs[moving[pairs].all(axis=1)]
     together = np.array([_as_one(assembly, motion, a, b, unproven) for a, b in pairs], dtype=bool)
     _, label = connected_components(assembly.n_blocks, pairs[together] if len(pairs) else pairs)
     return [np.flatnonzero((label == k) & moving) for k in np.unique(label[moving])]
+
+
+def _speeds(limit: LimitLoad) -> tuple[Floats, float]:
+    """The speed of the fastest corner of each block, and up to which speed a motion is not proven."""
+    assembly = limit.assembly
+    own = assembly.vertex_block
+    speed = np.linalg.norm(point_velocity(assembly, limit.mechanism, own, assembly.vertices), axis=1)
+    fastest = np.maximum.reduceat(speed, assembly.vertex_start[:-1])
+    momentum = assembly.mass * fastest
+    mean = float(momentum @ fastest) / max(float(momentum.sum()), 1e-300)
+    return fastest, max(TOGETHER, float(np.sqrt(limit.gap))) * mean
+
+
+def _opens_as_it_slides(limit: LimitLoad) -> bool:
+    """Whether a contact point of the mechanism slides and opens at the rate of associated friction."""
+    _, unproven = _speeds(limit)
+    rate = relative_motion(limit.assembly, limit.interfaces, limit.mechanism)
+    friction = np.minimum(joint_friction(limit.assembly, limit.interfaces), STICKS)[limit.interfaces.point_interface]
+    opening = friction * np.hypot(rate[:, 1], rate[:, 2])
+    return bool(((opening > unproven) & (np.abs(rate[:, 0] - opening) <= unproven)).any())
 
 
 def _as_one(assembly: Assembly, motion: Floats, a: int, b: int, unproven: float) -> bool:
@@ -549,7 +603,7 @@ def work_sums(
     """
     unit = check_vector("direction", direction)
     unit = unit / np.linalg.norm(unit)
-    load = assembly.mass * G
+    load = assembly.mass * gravity_of(assembly)[0]
     work = load * (mechanism[:, :3] @ unit)
     for block, place, weight in mass_points(assembly, masses):
         load[block] += weight

@@ -11,6 +11,8 @@ from blockstat.analysis.problem import pose
 from blockstat.certificate import check as certificate
 from blockstat.certificate.interior_motions import with_interior_motion
 from blockstat.code_check.pushed import acting_beside_weight
+from blockstat.geometry.components import connected_components
+from blockstat.program.ties import tied_pairs
 from blockstat.typing import Floats, Ints
 
 #: A part moves alone if it does under a multiplier that is larger than the upper bound by this fraction, at most.
@@ -18,7 +20,7 @@ LARGER = 1e-3
 
 
 def a_part_moves_alone(limit: LimitLoad, bodies: Sequence[Ints], push: Floats) -> bool:
-    """Return whether one body, or all but one, are a mechanism of the same multiplier while the others rest.
+    """Return whether some bodies are a mechanism of the same multiplier while the others rest.
 
     Parameters
     ----------
@@ -37,9 +39,13 @@ def a_part_moves_alone(limit: LimitLoad, bodies: Sequence[Ints], push: Floats) -
 
     Notes
     -----
-    The mechanism of a part has the motions of its bodies and none of the others. It is one where the independent check
-    proves that with it the structure falls under a multiplier larger by `LARGER`.
+    Bodies that no joint ties to the others, but through supports and blocks that rest, are a mechanism for themselves:
+    the powers of two such parts are zero together at the limit, and neither is above zero. One body, or all but one,
+    is asked for: the mechanism of a part has the motions of its bodies and none of the others. It is one where the
+    independent check proves that with it the structure falls under a multiplier larger by `LARGER`.
     """
+    if _fall_apart(limit, bodies):
+        return True
     acting = acting_beside_weight(limit)[0] + ((1.0 + LARGER) * limit.upper - limit.lower) * push
     acting[limit.assembly.support] = 0.0
     problem = pose(limit.assembly, friction=None, gravity=None, loads=acting, gap=0.0, interfaces=limit.interfaces)
@@ -58,3 +64,12 @@ def a_part_moves_alone(limit: LimitLoad, bodies: Sequence[Ints], push: Floats) -
             if certificate.check(program, no_force, moved).proves_unstable:
                 return True
     return False
+
+
+def _fall_apart(limit: LimitLoad, bodies: Sequence[Ints]) -> bool:
+    """Whether no joint and no tie connects some of the bodies with the others."""
+    body = np.full(limit.assembly.n_blocks, -1)
+    for number, blocks in enumerate(bodies):
+        body[blocks] = number
+    pairs = body[np.concatenate([limit.interfaces.pair, tied_pairs(limit.assembly)])]
+    return connected_components(len(bodies), pairs[(pairs >= 0).all(axis=1)])[0] > 1

@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from blockstat.code_check.linear import (
-    LEVEL,
     MACRO_BLOCKS,
     CheckOutcome,
     answer,
+    arbitrary,
     asked_for,
     bearable,
     check_demand,
@@ -36,15 +36,14 @@ from blockstat.code_check.linear import (
     oscillator,
     work_sums,
 )
-from blockstat.code_check.macro_blocks import a_part_moves_alone
-from blockstat.code_check.pushed import G, check_pushed, mass_points
+from blockstat.code_check.pushed import G, check_pushed, gravity_of
+from blockstat.code_check.rocking import RockingBlock, rocking_block
 from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of, table_ends
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome
 from blockstat.large_displacement.displaced.loads import moved_with_centroids
 from blockstat.loads import Loads
 from blockstat.result import Result
-from blockstat.typing import Floats, Ints
 
 #: Share of d0, factor of pi sqrt(d / a) and damping [per cent] of the limit states with a displacement.
 STATES = {"SLV": (0.4, 1.68, 8.0), "SLC": (0.6, 1.56, 10.0)}
@@ -73,20 +72,11 @@ class LimitState:
     satisfied: bool | None  #: whether that is borne; None without one, and where the check is not verified
 
 
-@dataclass(frozen=True)
-class RockingBlock:
-    """Housner's parameters of a mechanism that is one body turning about an axis."""
-
-    radius: float  #: R, of the centroid from the axis [m]
-    slenderness: float  #: angle of the diagonal, the arctangent of alpha0 [rad]
-    frequency: float  #: p = sqrt(M g R / I), I about the axis [1/s]
-
-
 @dataclass(frozen=True, eq=False)
 class NonlinearCheck(Result):
     """The nonlinear verification of a mechanism and the figures that it rests on."""
 
-    alpha0: float  #: multiplier at rest [-]
+    alpha0: float  #: multiplier at rest [-]; where the curve begins by self-stress alone, that without
     participation: float  #: e* that the verification takes [-]; 1 where all bodies are taken as one
     apart: float  #: e* of the bodies apart [-]
     mass: float  #: M* [kg]
@@ -260,10 +250,11 @@ def nonlinear_check(
     -----
     d0 is where the curve is zero, or where it ends before that because no admissible state follows or, on the safe
     side, where the control begins to go back. A drop of the curve that leaves less than half of the multiplier bounds
-    d_SLV, where the multiplier is then the one after it. Where the curve rises again its least multiplier before
-    counts, on the safe side. Demands on the displacement are not verified where the multiplier hardly falls, as when a
-    block slides, or where the curve took loads to act at the centroids of their blocks. The method is calibrated for
-    mechanisms whose points move parallel to one plane.
+    d_SLV, and so does a block that falls out, such as a beam that loses its bearing: the multiplier is then the one
+    after it. Where the curve rises again its least multiplier before counts, on the safe side, and so does what is
+    carried without self-stress where the curve begins above it. Demands on the displacement are not verified where the
+    multiplier hardly falls, as when a block slides, or where the curve took loads to act at the centroids of their
+    blocks. The method is calibrated for mechanisms whose points move parallel to one plane.
 
     Examples
     --------
@@ -285,19 +276,21 @@ def nonlinear_check(
     ground = _spectra(site)
     check_floor(floor)
     curve, back = _forward(curve)
-    dropped, after = _drop(curve)
+    dropped, after = _lost(curve)
     if not (curve.lower[0] > 0 and curve.displacement[-1] > 0 and dropped > 0):
         raise InputError("as soon as the mechanism moves the multiplier drops to less than half: there is no capacity")
-    bodies = moving_bodies(curve.limit)
-    sums = work_sums(curve.assembly, curve.points[0].mechanism, direction, bodies, masses)
+    limit = replace(curve.limit, mechanism=curve.points[0].mechanism)  # joints of a curve slide as its flow has it
+    bodies = moving_bodies(limit)
+    sums = work_sums(curve.assembly, limit.mechanism, direction, bodies, masses)
     push, idle = check_pushed(curve.limit, direction, masses, loads)
-    mixed = 1 < len(bodies) <= macro_blocks and a_part_moves_alone(curve.limit, bodies, push)
-    share, per_control, told = oscillator(sums, bodies, macro_blocks, mixed=mixed)
+    share, per_control, told = oscillator(sums, bodies, macro_blocks, arbitrary(limit, bodies, push, macro_blocks))
     displacement = per_control * curve.displacement
-    per_multiplier = G / (share * confidence)
-    acceleration = curve.lower * per_multiplier
-    high = high_up(curve.limit, bodies) if floor is None else ()
-    ultimate, warnings = float(displacement[-1]), [*curve.warnings, *told, *high, *idle, *back]
+    gravity, unit = gravity_of(curve.assembly)
+    per_multiplier = gravity / (share * confidence)
+    most = np.inf if curve.without_self_stress is None else curve.without_self_stress[0]
+    acceleration = np.minimum(curve.lower, most) * per_multiplier
+    high = high_up(limit, bodies) if floor is None else ()
+    ultimate, warnings = float(displacement[-1]), [*curve.warnings, *told, *high, *idle, *unit, *back]
     if curve.outcome is CapacityOutcome.COLLAPSE and not back:
         warnings.append("the curve ends before the multiplier is zero; d0 is its end")
     if len(asked) > 1 and not isinstance(site, Mapping):
@@ -308,7 +301,7 @@ def nonlinear_check(
     def borne(there: float, bounded: bool) -> float:
         if shape == "line":
             return float(acceleration[0]) * (1.0 - there / ultimate)
-        return per_multiplier * (after if bounded else _least_up_to(curve, there / per_control))
+        return per_multiplier * min(most, after if bounded else _least_up_to(curve, there / per_control))
 
     states = [_damage(float(acceleration[0]), ground["SLD"], floor, asked.get("SLD"))]
     for name, (part, factor, damping) in STATES.items():
@@ -323,17 +316,17 @@ def nonlinear_check(
     doubted = ["SLD", *STATES] if idle else [*STATES] if slides or _at_centroids(curve) else []
     states = [replace(one, satisfied=None) if one.satisfied and one.name in doubted else one for one in states]
     return NonlinearCheck(
-        alpha0=float(curve.lower[0]),
+        alpha0=float(min(curve.lower[0], most)),
         participation=share,
         apart=sums[1] ** 2 / (sums[0] * sums[2]),
-        mass=share * sums[0] / G,
+        mass=share * sums[0] / gravity,
         acceleration=float(acceleration[0]),
         ultimate=ultimate,
         confidence=confidence,
         shape=shape,
         states=tuple(states),
         bodies=tuple(tuple(int(block) for block in body) for body in bodies),
-        rocking=_rocking(curve, bodies, masses),
+        rocking=rocking_block(curve.assembly, limit.mechanism, bodies, masses),
         warnings=tuple(dict.fromkeys(warnings)),
     )
 
@@ -396,17 +389,20 @@ def _at_centroids(curve: CapacityCurve) -> bool:
     return not set(told).isdisjoint(curve.warnings)
 
 
-def _drop(curve: CapacityCurve) -> tuple[float, float]:
-    """The displacement of the control at which the multiplier first drops, and the multiplier after it.
+def _lost(curve: CapacityCurve) -> tuple[float, float]:
+    """The displacement of the control at which much is lost for the first time, and the multiplier after it.
 
-    Infinite and nan where it does not drop.
+    That is where the multiplier drops, or a block falls out. Infinite and nan where neither happens.
     """
     there, lower = curve.displacement, curve.lower
     drops = (lower[1:] < REMAINS * lower[:-1]) & (np.diff(there) <= AT_ONCE * there.max())
-    if not drops.any():
-        return np.inf, np.nan
-    first = int(np.argmax(drops))
-    return float(there[first]), float(lower[first + 1])
+    found = [(float(there[first]), float(lower[first + 1])) for first in np.flatnonzero(drops)[:1]]
+    for fallen in curve.fallen:
+        before, beyond = there < fallen.parameter, there >= fallen.parameter
+        if before.any() and beyond.any():
+            up_to = int(np.flatnonzero(before)[-1])
+            found.append((float(there[up_to]), float(lower[: up_to + 2].min())))
+    return min(found, default=(np.inf, np.nan))
 
 
 def _damage(acceleration: float, site: Spectrum, floor: Floor | None, demand: float | None) -> LimitState:
@@ -443,29 +439,3 @@ def _displaced(
     borne = bearable(at, spectral)
     satisfied = is_borne(at, spectral, borne, demand)
     return LimitState(name, displacement, acceleration, period, damping, borne, demand, satisfied)
-
-
-def _rocking(
-    curve: CapacityCurve, bodies: Sequence[Ints], masses: Sequence[tuple[int | str, Sequence[float], float]]
-) -> RockingBlock | None:
-    """Housner's parameters, for one body with its masses that turns about a horizontal axis."""
-    if len(bodies) != 1:
-        return None
-    assembly, blocks = curve.assembly, bodies[0]
-    motion: Floats = curve.points[0].mechanism[blocks[0]]
-    spin = np.linalg.norm(motion[3:])
-    if not spin > 0 or abs(motion[:3] @ motion[3:]) > 1e-6 * spin * np.linalg.norm(motion[:3]):
-        return None
-    axis = motion[3:] / spin
-    if abs(assembly.gravity @ axis) > LEVEL * np.linalg.norm(assembly.gravity):
-        return None
-    pole = assembly.centroid[blocks[0]] + np.cross(axis, motion[:3]) / spin
-    points = [(place, weight / G) for block, place, weight in mass_points(assembly, masses) if block in blocks]
-    mass = np.append(assembly.mass[blocks], [own for _, own in points])
-    arm = np.array([*assembly.centroid[blocks], *(place for place, _ in points)]) - pole
-    arm = arm - (arm @ axis)[:, None] * axis
-    about = float((assembly.inertia[blocks] @ axis @ axis).sum() + mass @ (arm**2).sum(axis=1))
-    centre = mass @ arm / mass.sum()
-    radius, height = float(np.linalg.norm(centre)), -float(centre @ assembly.gravity) / np.linalg.norm(assembly.gravity)
-    slenderness = float(np.arctan2(np.sqrt(max(radius**2 - height**2, 0.0)), height))
-    return RockingBlock(radius, slenderness, float(np.sqrt(mass.sum() * G * radius / about)))

@@ -22,10 +22,37 @@ from blockstat.typing import Floats, Ints
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-G = 9.81  #: [m/s2]
+G = 9.81  #: unit of ground accelerations [m/s2]
+#: Gravity of a scene is an acceleration from there to there, in units of `G`. Chosen: a vertical component of an
+#: earthquake changes it by less, and another unit of length or of force by more.
+LEAST_GRAVITY, MOST_GRAVITY = 0.5, 1.5
 #: Forces of a limit balance its loads to this part of the load of each block, the certificate of its lower bound to
 #: much less; and to this part of what a block passes on, which is rounding.
 BALANCE, ROUNDING = 1e-5, 1e-12
+
+
+def gravity_of(assembly: Assembly) -> tuple[float, tuple[str, ...]]:
+    """Return the acceleration that the multipliers of a scene are in units of.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+
+    Returns
+    -------
+    strength : float
+        The gravity of the scene [m/s2]; that of the earth where it is far from it, as with gravity 1 and densities that
+        are unit weights.
+    warnings : tuple of str
+        That it was taken so.
+    """
+    strength = float(np.linalg.norm(assembly.gravity))
+    if LEAST_GRAVITY * G <= strength <= MOST_GRAVITY * G:
+        return strength, ()
+    return G, (
+        f"gravity is {strength:.6g}, which is taken as {G:g} m/s2 in other units; coordinates must be in metres",
+    )
 
 
 def check_pushed(
@@ -66,7 +93,7 @@ def check_pushed(
     push, carried = acceleration(assembly, direction), np.zeros(assembly.n_blocks)
     for block, place, weight in mass_points(assembly, masses):
         carried[block] += weight
-        force = weight / G * np.linalg.norm(assembly.gravity) * unit
+        force = weight / gravity_of(assembly)[0] * np.linalg.norm(assembly.gravity) * unit
         push[block, :3] += force
         push[block, 3:] += np.cross(place - assembly.centroid[block], force)
     beside, passed = acting_beside_weight(limit)

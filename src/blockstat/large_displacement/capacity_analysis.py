@@ -30,7 +30,11 @@ from blockstat.large_displacement.linkage.parts import part_that_moves_control
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.mechanism_finder import MechanismFinder
-from blockstat.large_displacement.self_stress import carried_without_self_stress, warning_of_self_stress
+from blockstat.large_displacement.self_stress import (
+    carried_below_the_beginning,
+    carried_without_self_stress,
+    told_of_self_stress,
+)
 from blockstat.large_displacement.shared_slip import joints_that_slide_alone
 from blockstat.large_displacement.statics.limit_state import associated_multiplier
 from blockstat.large_displacement.strength import warning_of_strength
@@ -179,9 +183,10 @@ def capacity(
         *equal,
         *([FAR_AWAY] if displacement is None and record.outcome is CapacityOutcome.REACHED else []),
     ]
+    carried = None
     if record.outcome is not CapacityOutcome.INTERRUPTED and _may_hold_by_self_stress(linkage):
-        own = (limit.assembly, *wrenches, limit.interfaces, solver)
-        told += _kept_curve(lambda: warning_of_self_stress(*own, record.points[0].lower))
+        carried, more = _below_the_beginning(limit, *wrenches, solver, record.points[0].lower)
+        told += more
     seconds = {"limit": limit.timings["total"], "total": process_time() - began}
     return CapacityCurve(
         outcome=record.outcome,
@@ -191,6 +196,8 @@ def capacity(
         limit=limit if all_move else begun,
         warnings=_warnings(record, limit, structure, told),
         timings=seconds,
+        fallen=tuple(record.fallen),
+        without_self_stress=carried,
     )
 
 
@@ -237,12 +244,18 @@ def _linkage_that_begins(
     return replace(linkage, left_at_rest=left), alone
 
 
-def _kept_curve(warning: Callable[[], list[str]]) -> list[str]:
-    """What a last question tells; an interrupt ends the question, and the curve is kept."""
+def _below_the_beginning(
+    limit: LimitLoad, live: Floats, dead: Floats, solver: str, begins: float
+) -> tuple[tuple[float, float] | None, list[str]]:
+    """What is carried without self-stress where the curve begins above it, and what to tell of that.
+
+    An interrupt ends the question, and the curve is kept.
+    """
     try:
-        return warning()
+        found = carried_below_the_beginning(limit.assembly, live, dead, limit.interfaces, solver, begins)
     except KeyboardInterrupt:
-        return ["interrupted before it was known whether the curve begins by self-stress alone"]
+        return None, ["interrupted before it was known whether the curve begins by self-stress alone"]
+    return found, [] if found is None else [told_of_self_stress(found, begins)]
 
 
 def _may_hold_by_self_stress(linkage: Linkage) -> bool:

@@ -11,6 +11,7 @@ from blockstat.analysis.limit_load import LimitLoad
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError, check_number
 from blockstat.large_displacement.displaced.pose import Pose
+from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.linkage.path import PathEvent
 from blockstat.result import Result, Sentence, counted, finite
 from blockstat.typing import Floats, Ints
@@ -58,6 +59,9 @@ class CapacityCurve(Result):
     limit: LimitLoad  #: the limit load that the curve starts from
     warnings: tuple[str, ...]
     timings: dict[str, float]
+    fallen: tuple[FallenBlocks, ...] = ()  #: blocks that fall out of the structure on the way
+    #: multiplier that is carried at rest without dilatancy and self-stress, where the curve begins above it
+    without_self_stress: tuple[float, float] | None = None
 
     @property
     def displacement(self) -> Floats:

@@ -49,10 +49,10 @@ def carried_without_self_stress(
     return limit_load(assembly, live, flow="coulomb", **options).coulomb
 
 
-def warning_of_self_stress(
+def carried_below_the_beginning(
     assembly: Assembly, live: Floats, dead: Floats, interfaces: Interfaces, solver: str, multiplier: float
-) -> list[str]:
-    """Return what must be told where a curve begins above what is carried without dilatancy and self-stress.
+) -> tuple[float, float] | None:
+    """Return what is carried without dilatancy and self-stress, where a curve begins above it.
 
     Parameters
     ----------
@@ -63,21 +63,39 @@ def warning_of_self_stress(
 
     Returns
     -------
-    list of str
-        Empty where a state without self-stress carries it, or nearly it.
+    tuple of float or None
+        As `carried_without_self_stress`. None where a state without self-stress carries the multiplier, or nearly it.
     """
     if assembly.n_blocks > IMPLICIT_ABOVE or not multiplier > 0:
-        return []
+        return None
     loads = dead + (1.0 - ALLOWED) * multiplier * live
     if any(_settles(each, loads, interfaces, solver) for each in _with_and_without_ties(assembly)):
-        return []
+        return None
     found = carried_without_self_stress(assembly, live, dead, interfaces, solver)
     if found is None or not np.isfinite(found[1]) or multiplier <= (1.0 + ALLOWED) * found[1]:
-        return []
-    return [
+        return None
+    return found
+
+
+def told_of_self_stress(found: tuple[float, float], multiplier: float) -> str:
+    """Return what must be told of a curve that begins where only self-stress holds.
+
+    Parameters
+    ----------
+    found
+        What `carried_below_the_beginning` returns.
+    multiplier
+        With which the curve begins.
+
+    Returns
+    -------
+    str
+        A warning.
+    """
+    return (
         f"with joints that slide without dilatancy and self-stress {found[0]:.4g} to {found[1]:.4g} is carried at "
         f"rest; this curve begins at {multiplier:.4g}, which only self-stress holds"
-    ]
+    )
 
 
 def _with_and_without_ties(assembly: Assembly) -> Iterator[Assembly]:
