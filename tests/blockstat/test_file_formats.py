@@ -41,6 +41,15 @@ def test_corners_of_an_obj_are_counted_from_the_first_or_from_the_last(tmp_path)
     assert solids[0].extras == {"name": "", "group": ""}
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.parametrize("ends", ["\n", "\r\n", "\r"])
+def test_an_obj_is_read_in_the_encoding_that_its_first_bytes_tell(tmp_path, encoding, ends):
+    path = tmp_path / "made.obj"
+    path.write_bytes(ends.join(["o stone", *SOLID]).encode(encoding))
+    solids, _ = read_obj(path)
+    np.testing.assert_array_equal(solids[0].vertices, read_obj(obj(tmp_path, *SOLID))[0][0].vertices)
+
+
 def test_objects_or_groups_of_an_obj_are_its_solids(tmp_path):
     moved = [f"v {x + 9} {y} {z} 1.0" for x, y, z in CORNERS]
     second = ["f 5 7 6", "f 5 6 8", "f 5 8 7", "f -3 -2 -1  # the last"]

@@ -8,6 +8,7 @@ and names that a line of OBJ cannot hold; one before the first object holds fric
 from __future__ import annotations
 
 import json
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -61,7 +62,9 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
     faces: list[tuple[int, int, list[int]]] = []
     wrong: list[str] = []
     check_file(path)
-    for number, line in _lines(path.read_text(encoding="utf-8-sig", errors="replace")):
+    data = path.read_bytes()
+    encoding = "utf-16" if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig"
+    for number, line in _lines(data.decode(encoding, "replace")):
         word, *rest = line.split("#")[0].split() or [""]
         try:
             if word == "v":
