@@ -28,6 +28,8 @@ MOST = 5_000_000
 #: Corners of a convex piece may lie outside its faces by this share of the depth allowed: the ball in it is measured
 #: against the whole surface, so this only says how well its centre lies.
 FINE = 0.1
+#: Cosine up to which faces look another way. Chosen: 60 degrees, far from all rounding.
+ALIKE = 0.5
 #: Convex pieces into which a box is cut at most before it is halved: the work grows faster than their number.
 PIECES = 500
 #: Pieces of a box whose balls are measured, the largest first. Chosen: the deepest is seldom further down.
@@ -126,14 +128,20 @@ def _once_around(blocks: Polyhedra, limit: Floats) -> np.ndarray:
         return out
     begin = np.searchsorted(some.face_block, np.arange(some.n_blocks))
     reach = np.maximum.reduceat(protrusions(some) + some.planes.warp, begin)
-    convex = np.flatnonzero(2 * reach <= limit[own])
-    rest = some if len(convex) == some.n_blocks else some.copied(convex)
-    if not rest.n_blocks:
-        return out
-    corner_block = np.repeat(rest.face_block, np.diff(rest.face_start))
-    place = rest.vertices[rest.face_vertices] - rest.centroid[corner_block]
-    angle = np.bincount(corner_block, solid_angles(fans(place, rest.face_start)), rest.n_blocks)
-    out[own[convex]] = np.abs(angle / (4 * np.pi) - 1) < 0.5
+    convex = 2 * reach <= limit[own]
+    # Where no other face looks the way of the first one, that face alone bounds the hull there, and with up to four
+    # corners it does not go round twice.
+    sure = convex & (reach <= ON * some.size) & (some.planes.area[begin] > 0) & (np.diff(some.face_start)[begin] <= 4)
+    normal = some.planes.normal
+    alike = np.einsum("ij,ij->i", normal, normal[begin][some.face_block]) > ALIKE
+    out[own] = sure & (np.add.reduceat(alike, begin, dtype=int) == 1)
+    left = np.flatnonzero(convex & ~out[own])
+    if len(left):
+        rest = some.copied(left)
+        corner_block = np.repeat(rest.face_block, np.diff(rest.face_start))
+        place = rest.vertices[rest.face_vertices] - rest.centroid[corner_block]
+        angle = np.bincount(corner_block, solid_angles(fans(place, rest.face_start)), rest.n_blocks)
+        out[own[left]] = np.abs(angle / (4 * np.pi) - 1) < 0.5
     return out
 
 
