@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.convex_pieces import solid_angles, winding_balls
 from blockstat.geometry.convexity import protrusions
-from blockstat.geometry.polyhedron import Polyhedra
+from blockstat.geometry.polyhedron import Polyhedra, members
 from blockstat.geometry.self_overlap.meeting import Surface, meeting_pairs, surface_of
 from blockstat.geometry.triangulation import fans
 from blockstat.typing import Floats, Ints
@@ -74,15 +74,15 @@ def self_overlaps(blocks: Polyhedra, merged: Ints, tested: Ints) -> list[SelfOve
     Notes
     -----
     A surface encloses a point as often as its winding number says, the solid angle over 4 pi. Of stone it is 1, and 0
-    outside of it and in cavities. The volume and centroid count each point that often, so they are right where there is
-    no other number. Regions with another number are cut into convex pieces, and the depth is the largest diameter of the
-    balls about the centres of the pieces that the surface leaves free. For two convex solids this is the largest ball in
-    both, by which overlaps of blocks are measured.
+    outside of it and in cavities. The volume and centroid count each point that often, so they are right where there
+    is no other number. Regions with another number are cut into convex pieces, and the depth is the largest diameter of
+    the balls about the centres of the pieces that the surface leaves free. For two convex solids this is the largest
+    ball in both, by which overlaps of blocks are measured.
 
     A block behind all planes of its faces whose surface encloses its centroid once has no other number: all faces lie
-    on the surface of its hull, and the core of the hull is of one number. With corners that lie in front of planes by a,
-    and in faces off their planes by w, a ball with another number has a diameter of 2 (a + w) at most, since the ball
-    is in the hull, and its centre not in the core.
+    on the surface of its hull, and the core of the hull is of one number. With corners that lie in front of planes by
+    a, and in faces off their planes by w, a ball with another number has a diameter of 2 (a + w) at most, since the
+    ball is in the hull, and its centre not in the core.
 
     Where triangles do not meet beside what they share, the number changes by 1 from one side of the surface to the
     other and nowhere else, so one point of each connected part tells both numbers. Only the boxes around the other
@@ -94,7 +94,7 @@ def self_overlaps(blocks: Polyhedra, merged: Ints, tested: Ints) -> list[SelfOve
         return []
     chosen = blocks.copied(left)
     start = np.searchsorted(blocks.vertex_block, left)
-    own = np.concatenate([np.arange(blocks.vertex_start[b], blocks.vertex_start[b + 1]) for b in left])
+    own = members(blocks.vertex_start[left], np.diff(blocks.vertex_start)[left])[1]
     moved = np.repeat(start - chosen.vertex_start[:-1], np.diff(chosen.vertex_start))
     lower, upper = chosen.bounds
     middle = (lower + upper) / 2
@@ -164,7 +164,8 @@ def _doubtful(surface: Surface, pairs: Ints, n_blocks: int) -> Ints:
     good = np.zeros(n, dtype=bool)
     start = np.searchsorted(surface.block, np.arange(n_blocks + 1))
     for row in probe.tolist():
-        own = np.arange(start[surface.block[row]], start[surface.block[row] + 1])
+        block = surface.block[row]
+        own = np.arange(int(start[block]), int(start[block + 1]))
         own = own[own != row]
         # Half of the number behind and in front of the triangle, which differ by one.
         angle = solid_angles(surface.corner[own] - surface.corner[row].mean(axis=0)).sum()
