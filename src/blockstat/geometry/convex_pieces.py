@@ -103,11 +103,23 @@ def contains(triangles: Floats, point: Floats) -> bool:
     A. van Oosterom and J. Strackee, The solid angle of a plane triangle, IEEE Transactions on Biomedical Engineering 30
     (1983) 125-126, doi:10.1109/TBME.1983.325207.
     """
-    return bool(_solid_angles(triangles - point).sum() > 2 * np.pi)
+    return bool(solid_angles(triangles - point).sum() > 2 * np.pi)
 
 
-def _solid_angles(triangles: Floats) -> Floats:
-    """Solid angle of each triangle seen from the origin."""
+def solid_angles(triangles: Floats) -> Floats:
+    """Return the solid angle of each triangle seen from the origin.
+
+    Parameters
+    ----------
+    triangles : array of float, shape (n, 3, 3)
+        Corners [m].
+
+    Returns
+    -------
+    array of float, shape (n,)
+        Solid angles, positive for triangles that look away from the origin. Over a closed surface they sum up to its
+        winding number times 4 pi.
+    """
     a, b, c = np.moveaxis(triangles, 1, 0)
     la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
     volume = np.einsum("ij,ij->i", a, np.cross(b, c))
@@ -146,7 +158,49 @@ class _Tree:
         return planes
 
 
+def winding_balls(
+    solids: Sequence[Floats], lower: Floats, upper: Floats, tolerance: Floats, *, most: float = np.inf
+) -> list[tuple[Ints, Floats, Floats] | None]:
+    """Return how often a surface encloses the convex pieces of each box that it cuts out, with the largest balls there.
+
+    Parameters
+    ----------
+    solids, lower, upper, tolerance, most
+        As of `convex_pieces`; the surfaces may pass through themselves.
+
+    Returns
+    -------
+    list of tuple or None
+        For each box the winding number of each piece, the diameter of the largest ball in it [m] and the centre of
+        that ball [m]; None where cuts were given up. Of two regions beside each other the one that the surface looks
+        away from is among the pieces, so the largest winding number is, too.
+    """
+    pieces, owner, middle, around = _leaves(solids, lower, upper, tolerance, most)
+    number, radius, centre = _winding(pieces, owner, *around)
+    many = np.bincount(owner, minlength=len(solids)) > most
+    found: list[tuple[Ints, Floats, Floats] | None] = []
+    for solid in range(len(solids)):
+        own = np.flatnonzero((owner == solid) & np.isfinite(number))
+        times = np.rint(number[own]).astype(np.int64)
+        found.append(None if many[solid] else (times, 2 * radius[own], centre[own] + middle[solid]))
+    return found
+
+
 def _cut(solids: Sequence[Floats], lower: Floats, upper: Floats, tolerance: Floats, most: float) -> list[list[Floats]]:
+    pieces, owner, middle, around = _leaves(solids, lower, upper, tolerance, most)
+    found: list[list[Floats]] = [[] for _ in solids]
+    many = np.bincount(owner, minlength=len(solids)) > most
+    kept = np.flatnonzero(~many[owner])
+    for k in kept[_filled([pieces[k] for k in kept], owner[kept], *around)].tolist():
+        pieces[k][:, 3] += pieces[k][:, :3] @ middle[owner[k]]
+        found[owner[k]].append(pieces[k])
+    return found
+
+
+def _leaves(
+    solids: Sequence[Floats], lower: Floats, upper: Floats, tolerance: Floats, most: float
+) -> tuple[list[Floats], Ints, Floats, tuple[Floats, Ints, Floats]]:
+    """Planes of the convex cells, their solids and the middles of the boxes; about these, the surfaces and rounding."""
     n = len(solids)
     # About the middle of its box a solid loses no digits far from the origin.
     middle, half = (lower + upper) / 2, (upper - lower) / 2
@@ -173,13 +227,7 @@ def _cut(solids: Sequence[Floats], lower: Floats, upper: Floats, tolerance: Floa
     for solid, (k, bounds) in zip(owner.tolist(), tree.full, strict=True):
         box = np.column_stack([walls, np.tile(half[solid], 2)])
         pieces.append(_distinct(np.vstack([bounds, *tree.path(k), box]), float(on[solid])))
-    found: list[list[Floats]] = [[] for _ in solids]
-    many = np.bincount(owner, minlength=n) > most
-    kept = np.flatnonzero(~many[owner])
-    for k in kept[_filled([pieces[k] for k in kept], owner[kept], surface, cell, on)].tolist():
-        pieces[k][:, 3] += pieces[k][:, :3] @ middle[owner[k]]
-        found[owner[k]].append(pieces[k])
-    return found
+    return pieces, owner, middle, (surface, cell, on)
 
 
 def _faces(triangles: Floats, cell: Ints, on: Floats) -> Ints:
@@ -286,22 +334,33 @@ class _Sides:
 
 
 def _filled(pieces: list[Floats], owner: Ints, surface: Floats, cell: Ints, on: Floats) -> np.ndarray:
-    """Which pieces are wider than rounding and lie inside their solids, by the solid angle about their centres."""
+    """Which pieces are wider than rounding and lie inside their solids."""
+    number, _, _ = _winding(pieces, owner, surface, cell, on)
+    # A surface that looks inwards encloses what is outside of it.
+    signed = np.einsum("ij,ij->i", surface[:, 0], np.cross(surface[:, 1], surface[:, 2]))
+    turned = np.bincount(cell, signed, len(on)) < 0
+    return np.isfinite(number) & (number + turned[owner] > 0.5)
+
+
+def _winding(
+    pieces: list[Floats], owner: Ints, surface: Floats, cell: Ints, on: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """How often surfaces enclose the centres of the largest balls in pieces, with radii and centres of these.
+
+    It is told by the solid angle, and nan for pieces no wider than rounding.
+    """
     start = np.cumsum([0, *map(len, pieces)])
     planes = np.concatenate([np.empty((0, 4)), *pieces])
     radius, centre = inscribed_balls(planes[:, :3], planes[:, 3], start)
     wide = np.flatnonzero(radius > on[owner])
     first = np.searchsorted(cell, np.arange(len(on) + 1))
-    # A surface that looks inwards encloses what is outside of it.
-    signed = np.einsum("ij,ij->i", surface[:, 0], np.cross(surface[:, 1], surface[:, 2]))
-    turned = np.bincount(cell, signed, len(on)) < 0
-    filled = np.zeros(len(pieces), dtype=bool)
+    number = np.full(len(pieces), np.nan)
     work = np.cumsum(np.diff(first)[owner[wide]])
     for own in np.split(wide, np.searchsorted(work, np.arange(CHUNK, work[-1], CHUNK)) if len(wide) else []):
         row, triangle = members(first[owner[own]], np.diff(first)[owner[own]])
-        angle = np.bincount(row, _solid_angles(surface[triangle] - centre[own][row][:, None]), len(own))
-        filled[own] = angle + 4 * np.pi * turned[owner[own]] > 2 * np.pi
-    return filled
+        angle = np.bincount(row, solid_angles(surface[triangle] - centre[own][row][:, None]), len(own))
+        number[own] = angle / (4 * np.pi)
+    return number, radius, centre
 
 
 def _planes(triangles: Floats) -> Floats:

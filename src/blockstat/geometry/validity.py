@@ -11,6 +11,7 @@ from blockstat.errors import InputError, InputWarning
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.convex_pieces import contains
 from blockstat.geometry.polyhedron import Polyhedra, integrals, merged_vertices, next_in_face
+from blockstat.geometry.self_overlap.depth import SelfOverlap, self_overlaps
 from blockstat.geometry.triangulation import fans
 
 #: A block whose mean thickness, volume over half its surface, is below this fraction of its box diagonal has no volume:
@@ -27,7 +28,7 @@ ON_EDGE = 1e-4
 
 
 def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
-    """Check that every block is a closed solid whose faces look outwards.
+    """Check that every block is a closed solid whose faces look outwards and that does not overlap itself.
 
     Parameters
     ----------
@@ -39,7 +40,8 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
     Raises
     ------
     InputError
-        For each block that is open, has an inverted face, or has no volume.
+        For each block that is open, has an inverted face, has no volume, or overlaps itself by more than a hundredth of
+        its size (see `blockstat.geometry.self_overlap.depth.self_overlaps`).
 
     Warns
     -----
@@ -62,11 +64,20 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
         f"outside{ADVICE}turn them"
         for block in np.flatnonzero(~flat & (blocks.volume < 0)).tolist()
     ]
+    turned = [
+        block
+        for block, label in surface_of.items()
+        if blocks.volume[block] > 0 and _has_solid_inside_out(blocks, block, label)
+    ]
     wrong += [
         f'block "{names[block]}": one of its surfaces looks the wrong way; list corners counter-clockwise seen from '
         f"outside the stone{ADVICE}turn them"
-        for block, label in surface_of.items()
-        if blocks.volume[block] > 0 and _has_solid_inside_out(blocks, block, label)
+        for block in turned
+    ]
+    tested = np.setdiff1d(np.flatnonzero(~flat & (blocks.volume > 0)), turned)
+    wrong += [
+        f'block "{names[own.block]}": {_self_overlap_fault(own, own.block in surface_of)}'
+        for own in self_overlaps(blocks, merged, tested)
     ]
     if wrong:
         raise InputError(*wrong)
@@ -93,6 +104,25 @@ def without_advice(error: InputError) -> InputError:
     it is flat
     """
     return type(error)(*(str(text).partition(ADVICE)[0] for text in error.args))
+
+
+def _self_overlap_fault(found: SelfOverlap, several: bool) -> str:
+    """What is wrong with a block that overlaps itself, where, and what to do."""
+    where = "near ({:.6g}, {:.6g}, {:.6g})".format(*(found.centre + 0.0))
+    if found.times < 0:
+        return (
+            f"its surface passes through itself and is inside out by {found.depth:.3g} m {where}; "
+            "draw it without the crossing"
+        )
+    if several:
+        return (
+            f"its solids overlap by {found.depth:.3g} m {where}; "
+            "join them with a boolean union, or give each a name of its own"
+        )
+    return (
+        f"it overlaps itself by {found.depth:.3g} m {where}, where its surface goes round {found.times} times; "
+        "draw it without the crossing"
+    )
 
 
 def _has_solid_inside_out(blocks: Polyhedra, block: int, label: np.ndarray) -> bool:
