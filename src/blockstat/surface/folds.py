@@ -1,0 +1,216 @@
+"""Faces that lie folded on others of their block: what a mesh makes of a concave face that it cuts into a fan.
+
+The triangles of a fan over a concave polygon lie on each other, and some of them look the other way and reach beyond
+the polygon. Their signed sum is the polygon: volumes, and edges that are walked both ways, are right. But a triangle
+that looks the other way is no face of the stone, and nothing touches it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+
+from blockstat.errors import InputError
+from blockstat.geometry.components import connected_components
+from blockstat.geometry.polyhedron import Polyhedra, members, merged_vertices, next_in_face
+from blockstat.surface.facets import ROUNDING
+from blockstat.surface.outlines import boundary, covered
+from blockstat.typing import Floats, Ints
+
+Solid = TypeVar("Solid", bound=Polyhedra)
+
+#: Two faces may be in one plane if the cosine between their normals is beyond this. Distances decide.
+ALIKE = 0.5
+#: Part of the extent of the blocks by which single precision moves corners out of a plane (`blockstat.contact.tolerance`).
+SINGLE = float(np.sqrt(3) * np.finfo(np.float32).eps)
+#: Part of the mean thickness of a block that is never rounding: the two sides of a plate are not in one plane. Chosen:
+#: a fourth of the gap of a joint, as faces are flat that a joint takes for flat.
+THICK = 2.5e-3
+
+
+def unfolded(solid: Solid, names: Sequence[str]) -> Solid:
+    """Put the faces that they stand for in place of faces that lie folded on each other.
+
+    Parameters
+    ----------
+    solid : Polyhedra
+        Closed blocks.
+    names : sequence of str
+        Their names, for the message.
+
+    Returns
+    -------
+    Polyhedra
+        The blocks, of the type of `solid`, or `solid` itself where nothing is folded, which is all blocks whose
+        faces have been cut into triangles that do not overlap. Vertices without a face are left out.
+
+    Raises
+    ------
+    InputError
+        For folded faces that do not sum up to faces that look one way.
+
+    Notes
+    -----
+    Two faces are folded if they walk an edge in opposite senses, as neighbours do, lie in one plane, and look opposite
+    ways: then they lie on the same side of the edge. The two sides of a plate do not share an edge, and those of two
+    solids that touch along one walk it in the same sense. All faces of the block that are connected in this plane are
+    summed up: edges that are walked both ways cancel, and what is left is the outline of the true face.
+
+    Examples
+    --------
+    An angle whose front and back are fans about a corner from which they are not seen whole.
+
+    >>> from blockstat import Assembly, Block
+    >>> corners = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+    >>> vertices = [(x, y, z) for y in (0, 1) for x, z in corners]
+    >>> fan = [[2, 3, 4], [2, 4, 5], [2, 5, 0], [2, 0, 1]]
+    >>> back = [[k + 6 for k in face[::-1]] for face in fan]
+    >>> sides = [[(k + 1) % 6, k, k + 6, (k + 1) % 6 + 6] for k in range(6)]
+    >>> angle = Assembly.from_blocks([Block(vertices, fan + back + sides)])
+    >>> len(angle.face_block)
+    8
+    """
+    edges = _neighbours(solid, np.arange(len(solid.vertices)))
+    allowed = _allowed(solid)
+    seeds = _folds(solid, edges, allowed)
+    if not len(seeds):
+        return solid
+    sides = edges.sides[np.isin(solid.face_block[edges.sides[:, 0]], solid.face_block[seeds])]
+    sides = sides[np.abs(_cosine(solid, sides)) > ALIKE]
+    _, label = connected_components(len(solid.face_block), sides[_in_one_plane(solid, sides, allowed)])
+    made: list[tuple[int, list[int]]] = []
+    wrong = []
+    for region in np.unique(label[seeds]):
+        faces = np.flatnonzero(label == region)
+        block = int(solid.face_block[faces[0]])
+        try:
+            made += [(block, face) for face in _summed(solid, faces, edges.vertex, float(allowed[block]))]
+        except ValueError:
+            number = int(seeds[label[seeds[:, 0]] == region].min() - np.searchsorted(solid.face_block, block))
+            wrong.append(
+                f'block "{names[block]}": face {number} lies folded on a face beside it, and the faces in this plane '
+                "do not sum up to one that looks one way; cut concave faces into triangles that do not overlap"
+            )
+    if wrong:
+        raise InputError(*wrong)
+    return _replaced(solid, np.isin(label, label[seeds]), made)
+
+
+@dataclass(frozen=True)
+class _Edges:
+    """Which faces are beside each other."""
+
+    vertex: Ints  #: shape (n_vertices,), the vertex that stands for this one
+    sides: Ints  #: shape (n, 2), faces that walk an edge in opposite senses
+    key: Ints  #: shape (n,), the edge, for those that more than two faces share; -1 for others
+
+
+def _neighbours(solid: Polyhedra, vertex: Ints) -> _Edges:
+    """Faces beside each other; vertices at one place count as one in blocks that are not closed otherwise."""
+    tail = vertex[solid.face_vertices]
+    head = tail[next_in_face(solid.face_start)]
+    key = np.minimum(tail, head) * len(vertex) + np.maximum(tail, head)
+    order = np.argsort(key, kind="stable")
+    face = np.repeat(np.arange(len(solid.face_block)), np.diff(solid.face_start))[order]
+    key, way = key[order], np.sign(head - tail)[order]
+    first = np.flatnonzero(np.diff(key, prepend=-1))
+    loose = solid.face_block[face[first[np.add.reduceat(way, first) != 0]]]
+    if len(loose):
+        merged = np.where(np.isin(solid.vertex_block, loose), merged_vertices(solid), vertex)
+        if (merged != vertex).any():
+            return _neighbours(solid, merged)
+    size = np.diff(first, append=len(key))
+    crowded = np.repeat(size > 2, size)
+    sides, shared = [], []
+    for step in range(1, int(size.max())):
+        at = np.flatnonzero((key[step:] == key[:-step]) & (way[step:] * way[:-step] < 0))
+        sides.append(np.column_stack([face[at], face[at + step]]))
+        shared.append(np.where(crowded[at], key[at], -1))
+    return _Edges(vertex, np.concatenate(sides), np.concatenate(shared))
+
+
+def _allowed(solid: Polyhedra) -> Floats:
+    """How far corners in one plane may be off it, shape (n_blocks,) [m]: rounding, as `facets` has it, or more."""
+    surface = np.bincount(solid.face_block, solid.planes.area, solid.n_blocks)
+    single = SINGLE * float(np.ptp(solid.vertices, axis=0).max())
+    return np.maximum(ROUNDING * solid.size, np.minimum(single, THICK * 2 * solid.volume / surface))
+
+
+def _cosine(solid: Polyhedra, sides: Ints) -> Floats:
+    one, other = solid.planes.normal[sides.T]
+    cosine: Floats = np.einsum("ij,ij->i", one, other)
+    return cosine
+
+
+def _folds(solid: Polyhedra, edges: _Edges, allowed: Floats) -> Ints:
+    """Pairs of faces that are folded on each other, shape (n, 2)."""
+    back = _cosine(solid, edges.sides) < -ALIKE
+    seeds = np.flatnonzero(back)
+    seeds = seeds[_in_one_plane(solid, edges.sides[seeds], allowed)]
+    crowded = edges.key[seeds] >= 0
+    if crowded.any():
+        # Solids of one block that touch look opposite ways, too; but they have more planes there than one.
+        at = np.flatnonzero(np.isin(edges.key, edges.key[seeds[crowded]]))
+        bent = edges.key[at[~_in_one_plane(solid, edges.sides[at], allowed)]]
+        seeds = seeds[~crowded | ~np.isin(edges.key[seeds], bent)]
+    return edges.sides[seeds]
+
+
+def _in_one_plane(solid: Polyhedra, sides: Ints, allowed: Floats) -> np.ndarray:
+    """Whether the corners of the smaller of two faces lie in the plane of the larger, shape (n,)."""
+    planes = solid.planes
+    smaller = planes.area[sides].argmin(axis=1)
+    row = np.arange(len(sides))
+    small, large = sides[row, smaller], sides[row, 1 - smaller]
+    owner, corner = members(solid.face_start[small], np.diff(solid.face_start)[small])
+    offset = solid.vertices[solid.face_vertices[corner]] - planes.centre[large][owner]
+    height = np.abs(np.einsum("ij,ij->i", offset, planes.normal[large][owner]))
+    flat = np.ones(len(sides), dtype=bool)
+    flat[owner[height > allowed[solid.face_block[small]][owner]]] = False
+    return flat
+
+
+def _summed(solid: Polyhedra, faces: Ints, vertex: Ints, allowed: float) -> list[list[int]]:
+    """Faces that cover the signed sum of some in one plane; raises ValueError where there are none."""
+    rings = [vertex[solid.face_vertices[slice(*solid.face_start[f : f + 2])]].tolist() for f in faces.tolist()]
+    edges = boundary(rings)
+    if not edges:
+        return []
+    area = solid.planes.normal[faces] * solid.planes.area[faces, None]
+    total = area.sum(axis=0)
+    size = float(np.linalg.norm(total))
+    used = np.unique(np.concatenate(rings))
+    local = solid.vertices[used] - solid.vertices[used].mean(axis=0)
+    if size <= allowed * float(np.linalg.norm(np.ptp(local, axis=0))):
+        raise ValueError("nothing is left but rounding")
+    normal = total / size
+    # Corners are within rounding of the face beside, and so a region may be off its plane by a little more.
+    if np.ptp(local @ normal) > 4 * allowed:
+        raise ValueError("the faces are not in one plane")
+    axis = np.cross(np.eye(3)[np.abs(normal).argmin()], normal)
+    axis /= np.linalg.norm(axis)
+    flat = local @ np.column_stack([axis, np.cross(normal, axis)])
+    return covered(edges, dict(zip(used.tolist(), flat, strict=True)), allowed)
+
+
+def _replaced(solid: Solid, gone: np.ndarray, made: list[tuple[int, list[int]]]) -> Solid:
+    """The blocks with other faces in place of some, at the end of each block, and without vertices of no face."""
+    kept = np.flatnonzero(~gone)
+    owner, corner = members(solid.face_start[kept], np.diff(solid.face_start)[kept])
+    sizes = np.concatenate([np.bincount(owner, minlength=len(kept)), [len(ring) for _, ring in made]]).astype(np.int64)
+    corners = np.concatenate([solid.face_vertices[corner], *(np.array(ring) for _, ring in made)])
+    block = np.concatenate([solid.face_block[kept], [own for own, _ in made]]).astype(np.int64)
+    order = np.argsort(block, kind="stable")
+    _, place = members((np.cumsum(sizes) - sizes)[order], sizes[order])
+    used, corners = np.unique(corners[place], return_inverse=True)
+    return replace(
+        solid,
+        vertices=solid.vertices[used],
+        vertex_start=np.searchsorted(used, solid.vertex_start),
+        face_vertices=corners.reshape(-1),
+        face_start=np.concatenate([[0], np.cumsum(sizes[order])]),
+        face_block=block[order],
+    )
