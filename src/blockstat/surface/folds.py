@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import TypeVar
 
 import numpy as np
@@ -75,28 +76,28 @@ def unfolded(solid: Solid, names: Sequence[str]) -> Solid:
     """
     edges = _neighbours(solid, np.arange(len(solid.vertices)))
     allowed = _allowed(solid)
-    seeds = _folds(solid, edges, allowed)
+    low, high = solid.face_bounds
+    narrow = solid.planes.area <= allowed[solid.face_block] * np.linalg.norm(high - low, axis=1)
+    seeds = _folds(solid, edges, allowed, narrow)
     if not len(seeds):
         return solid
-    sides = edges.sides[np.isin(solid.face_block[edges.sides[:, 0]], solid.face_block[seeds])]
-    sides = sides[np.abs(_cosine(solid, sides)) > ALIKE]
-    _, label = connected_components(len(solid.face_block), sides[_in_one_plane(solid, sides, allowed)])
     made: list[tuple[int, list[int]]] = []
+    gone = np.zeros(len(narrow), dtype=bool)
     wrong = []
-    for region in np.unique(label[seeds]):
-        faces = np.flatnonzero(label == region)
+    for faces in _regions(solid, edges, seeds, allowed, narrow):
+        gone[faces] = True
         block = int(solid.face_block[faces[0]])
         try:
             made += [(block, face) for face in _summed(solid, faces, edges.vertex, float(allowed[block]))]
         except ValueError:
-            number = int(seeds[label[seeds[:, 0]] == region].min() - np.searchsorted(solid.face_block, block))
+            number = int(np.intersect1d(faces, seeds)[0] - np.searchsorted(solid.face_block, block))
             wrong.append(
                 f'block "{names[block]}": face {number} lies folded on a face beside it, and the faces in this plane '
                 "do not sum up to one that looks one way; cut concave faces into triangles that do not overlap"
             )
     if wrong:
         raise InputError(*wrong)
-    return _replaced(solid, np.isin(label, label[seeds]), made)
+    return _replaced(solid, gone, made)
 
 
 @dataclass(frozen=True)
@@ -145,18 +146,64 @@ def _cosine(solid: Polyhedra, sides: Ints) -> Floats:
     return cosine
 
 
-def _folds(solid: Polyhedra, edges: _Edges, allowed: Floats) -> Ints:
+def _folds(solid: Polyhedra, edges: _Edges, allowed: Floats, narrow: np.ndarray) -> Ints:
     """Pairs of faces that are folded on each other, shape (n, 2)."""
-    back = _cosine(solid, edges.sides) < -ALIKE
-    seeds = np.flatnonzero(back)
+    wide = ~narrow[edges.sides].any(axis=1)
+    seeds = np.flatnonzero(wide & (_cosine(solid, edges.sides) < -ALIKE))
     seeds = seeds[_in_one_plane(solid, edges.sides[seeds], allowed)]
     crowded = edges.key[seeds] >= 0
     if crowded.any():
         # Solids of one block that touch look opposite ways, too; but they have more planes there than one.
-        at = np.flatnonzero(np.isin(edges.key, edges.key[seeds[crowded]]))
+        at = np.flatnonzero(np.isin(edges.key, edges.key[seeds[crowded]]) & wide)
         bent = edges.key[at[~_in_one_plane(solid, edges.sides[at], allowed)]]
         seeds = seeds[~crowded | ~np.isin(edges.key[seeds], bent)]
-    return edges.sides[seeds]
+    found = edges.sides[seeds]
+    if not narrow.any():
+        return found
+    # Faces without width between two that are folded, as where a fan has corners in one line.
+    beyond = _beyond_narrow(edges.sides, narrow)
+    beyond = beyond[_cosine(solid, beyond) < -ALIKE]
+    return np.concatenate([found, beyond[_in_one_plane(solid, beyond, allowed)]])
+
+
+def _beyond_narrow(sides: Ints, narrow: np.ndarray) -> Ints:
+    """Pairs of wide faces that have the same faces without width beside them, shape (n, 2)."""
+    at = narrow[sides]
+    _, label = connected_components(len(narrow), sides[at.all(axis=1)])
+    one = sides[at[:, 0] & ~at[:, 1]]
+    other = sides[at[:, 1] & ~at[:, 0]][:, ::-1]
+    around: dict[int, set[int]] = {}
+    for between, face in np.concatenate([one, other]).tolist():
+        around.setdefault(int(label[between]), set()).add(face)
+    pairs = [pair for own in around.values() for pair in combinations(sorted(own), 2)]
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def _regions(solid: Polyhedra, edges: _Edges, seeds: Ints, allowed: Floats, narrow: np.ndarray) -> list[Ints]:
+    """The faces around each fold that are connected in its plane."""
+    sides = edges.sides[np.isin(solid.face_block[edges.sides[:, 0]], solid.face_block[seeds])]
+    near = sides[~narrow[sides].any(axis=1) & (np.abs(_cosine(solid, sides)) > ALIKE)]
+    near = np.concatenate([near[_in_one_plane(solid, near, allowed)], seeds])
+    _, label = connected_components(len(narrow), near)
+    beside: dict[int, set[int]] = {}
+    for one, other in sides.tolist():
+        beside.setdefault(one, set()).add(other)
+        beside.setdefault(other, set()).add(one)
+    found: list[Ints] = []
+    for seed in seeds[:, 0].tolist():
+        if any(seed in region for region in found):
+            continue
+        inside = set(np.flatnonzero(label == label[seed]).tolist())
+        largest = max(inside, key=lambda face: float(solid.planes.area[face]))
+        edge = inside
+        while edge:
+            around = np.array(sorted({face for own in edge for face in beside[own]} - inside), dtype=np.int64)
+            pairs = np.column_stack([around, np.full(len(around), largest)])
+            flat = _in_one_plane(solid, pairs, allowed) & (narrow[around] | (np.abs(_cosine(solid, pairs)) > ALIKE))
+            edge = set(around[flat].tolist())
+            inside |= edge
+        found.append(np.array(sorted(inside)))
+    return found
 
 
 def _in_one_plane(solid: Polyhedra, sides: Ints, allowed: Floats) -> np.ndarray:
@@ -180,13 +227,10 @@ def _summed(solid: Polyhedra, faces: Ints, vertex: Ints, allowed: float) -> list
     if not edges:
         return []
     area = solid.planes.normal[faces] * solid.planes.area[faces, None]
-    total = area.sum(axis=0)
-    size = float(np.linalg.norm(total))
+    normal = solid.planes.normal[faces[solid.planes.area[faces].argmax()]]
+    normal = normal if area.sum(axis=0) @ normal >= 0 else -normal
     used = np.unique(np.concatenate(rings))
     local = solid.vertices[used] - solid.vertices[used].mean(axis=0)
-    if size <= allowed * float(np.linalg.norm(np.ptp(local, axis=0))):
-        raise ValueError("nothing is left but rounding")
-    normal = total / size
     # Corners are within rounding of the face beside, and so a region may be off its plane by a little more.
     if np.ptp(local @ normal) > 4 * allowed:
         raise ValueError("the faces are not in one plane")

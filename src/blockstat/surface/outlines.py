@@ -51,7 +51,8 @@ def covered(edges: Counter[Edge], place: dict[int, Floats], rounding: float) -> 
     -------
     list of list of int
         Vertices of each face, counter-clockwise; `boundary` of them is `edges`. An outline without holes is one face,
-        any other is cut into triangles, with a corner more where a vertex lies on a side.
+        any other is cut into triangles, with a corner more where a vertex lies on a side. Outlines without width are
+        faces, too, whichever way they are walked.
 
     Raises
     ------
@@ -68,7 +69,10 @@ def covered(edges: Counter[Edge], place: dict[int, Floats], rounding: float) -> 
 
     loops = _loops(edges, place)
     solid = {k: shapely.Polygon([place[v] for v in loop]) for k, loop in enumerate(loops)}
-    outer = [k for k, own in solid.items() if _area(own) >= 0]
+    slivers = [k for k, own in solid.items() if abs(_area(own)) <= rounding * own.length / 2]
+    faces = [loops[k] for k in slivers]
+    solid = {k: own for k, own in solid.items() if k not in slivers}
+    outer = [k for k, own in solid.items() if _area(own) > 0]
     holes: dict[int, list[int]] = {k: [] for k in outer}
     for k in solid.keys() - set(outer):
         inside = shapely.make_valid(solid[k]).representative_point()
@@ -81,7 +85,6 @@ def covered(edges: Counter[Edge], place: dict[int, Floats], rounding: float) -> 
     length = sum(own.length for own in solid.values())
     if abs(shapely.union_all([shapely.make_valid(own) for own in region]).area - total) > rounding * length:
         raise ValueError("outlines cross")
-    faces = []
     for k in outer:
         rings = [loops[k], *(loops[h] for h in holes[k])]
         faces += _triangles(rings, place) if holes[k] else rings
