@@ -25,11 +25,14 @@ Solid = TypeVar("Solid", bound=Polyhedra)
 
 #: Two faces may be in one plane if the cosine between their normals is beyond this. Distances decide.
 ALIKE = 0.5
-#: Part of the extent of the blocks by which single precision moves corners out of a plane (`blockstat.contact.tolerance`).
-SINGLE = float(np.sqrt(3) * np.finfo(np.float32).eps)
-#: Part of the mean thickness of a block that is never rounding: the two sides of a plate are not in one plane. Chosen:
-#: a fourth of the gap of a joint, as faces are flat that a joint takes for flat.
-THICK = 2.5e-3
+#: Faces fold if they are this near to opposed (cosine): no joint takes a face that leans by more than 15 degrees.
+OPPOSED = float(np.cos(np.deg2rad(15.0)))
+#: Faces of a block are in one plane if their corners are off it by at most this part of its size, and of its mean
+#: thickness: a fourth of the gap of a joint, which takes such faces for flat (`blockstat.contact.tolerance`). Of a
+#: plate the two sides are not in one plane.
+FLAT, THICK = 2.5e-3, 0.0625
+#: Corners that are rounded to few digits are looked for with such multiples of `ROUNDING`, up to `FLAT`.
+COARSER = (1.0, 10.0, 100.0, 1e3, 1e4)
 
 
 def unfolded(solid: Solid, names: Sequence[str]) -> Solid:
@@ -75,29 +78,51 @@ def unfolded(solid: Solid, names: Sequence[str]) -> Solid:
     8
     """
     edges = _neighbours(solid, np.arange(len(solid.vertices)))
-    allowed = _allowed(solid)
+    back = edges.sides[_cosine(solid, edges.sides) < -OPPOSED]
+    narrow = _narrow(solid, ROUNDING * solid.size)
+    if not len(back) and not narrow.any():
+        return solid
+    surface = np.bincount(solid.face_block, solid.planes.area, solid.n_blocks)
+    most = np.minimum(FLAT * solid.size, THICK * 2 * solid.volume / surface)
+    for coarser in COARSER:
+        allowed = np.maximum(ROUNDING * solid.size, np.minimum(coarser * ROUNDING * solid.size, most))
+        solid, wrong = _summed_up(solid, allowed)
+        if wrong and coarser == 1.0:
+            raise InputError(
+                *(
+                    f'block "{names[block]}": face {face} lies folded on a face beside it, and the faces in this plane '
+                    "do not sum up to one that looks one way; cut concave faces into triangles that do not overlap"
+                    for block, face in wrong
+                )
+            )
+    return solid
+
+
+def _narrow(solid: Polyhedra, allowed: Floats) -> np.ndarray:
+    """Which faces have no width but for rounding, shape (n_faces,)."""
     low, high = solid.face_bounds
-    narrow = solid.planes.area <= allowed[solid.face_block] * np.linalg.norm(high - low, axis=1)
+    narrow: np.ndarray = solid.planes.area <= allowed[solid.face_block] * np.linalg.norm(high - low, axis=1)
+    return narrow
+
+
+def _summed_up(solid: Solid, allowed: Floats) -> tuple[Solid, list[tuple[int, int]]]:
+    """The blocks without folds, and the block and the face of each fold that is left."""
+    edges = _neighbours(solid, np.arange(len(solid.vertices)))
+    narrow = _narrow(solid, allowed)
     seeds = _folds(solid, edges, allowed, narrow)
     if not len(seeds):
-        return solid
+        return solid, []
     made: list[tuple[int, list[int]]] = []
     gone = np.zeros(len(narrow), dtype=bool)
     wrong = []
     for faces in _regions(solid, edges, seeds, allowed, narrow):
-        gone[faces] = True
         block = int(solid.face_block[faces[0]])
         try:
             made += [(block, face) for face in _summed(solid, faces, edges.vertex, float(allowed[block]))]
+            gone[faces] = True
         except ValueError:
-            number = int(np.intersect1d(faces, seeds)[0] - np.searchsorted(solid.face_block, block))
-            wrong.append(
-                f'block "{names[block]}": face {number} lies folded on a face beside it, and the faces in this plane '
-                "do not sum up to one that looks one way; cut concave faces into triangles that do not overlap"
-            )
-    if wrong:
-        raise InputError(*wrong)
-    return _replaced(solid, gone, made)
+            wrong.append((block, int(np.intersect1d(faces, seeds)[0] - np.searchsorted(solid.face_block, block))))
+    return (_replaced(solid, gone, made) if gone.any() else solid), wrong
 
 
 @dataclass(frozen=True)
@@ -133,13 +158,6 @@ def _neighbours(solid: Polyhedra, vertex: Ints) -> _Edges:
     return _Edges(vertex, np.concatenate(sides), np.concatenate(shared))
 
 
-def _allowed(solid: Polyhedra) -> Floats:
-    """How far corners in one plane may be off it, shape (n_blocks,) [m]: rounding, as `facets` has it, or more."""
-    surface = np.bincount(solid.face_block, solid.planes.area, solid.n_blocks)
-    single = SINGLE * float(np.ptp(solid.vertices, axis=0).max())
-    return np.maximum(ROUNDING * solid.size, np.minimum(single, THICK * 2 * solid.volume / surface))
-
-
 def _cosine(solid: Polyhedra, sides: Ints) -> Floats:
     one, other = solid.planes.normal[sides.T]
     cosine: Floats = np.einsum("ij,ij->i", one, other)
@@ -149,7 +167,7 @@ def _cosine(solid: Polyhedra, sides: Ints) -> Floats:
 def _folds(solid: Polyhedra, edges: _Edges, allowed: Floats, narrow: np.ndarray) -> Ints:
     """Pairs of faces that are folded on each other, shape (n, 2)."""
     wide = ~narrow[edges.sides].any(axis=1)
-    seeds = np.flatnonzero(wide & (_cosine(solid, edges.sides) < -ALIKE))
+    seeds = np.flatnonzero(wide & (_cosine(solid, edges.sides) < -OPPOSED))
     seeds = seeds[_in_one_plane(solid, edges.sides[seeds], allowed)]
     crowded = edges.key[seeds] >= 0
     if crowded.any():
@@ -162,7 +180,7 @@ def _folds(solid: Polyhedra, edges: _Edges, allowed: Floats, narrow: np.ndarray)
         return found
     # Faces without width between two that are folded, as where a fan has corners in one line.
     beyond = _beyond_narrow(edges.sides, narrow)
-    beyond = beyond[_cosine(solid, beyond) < -ALIKE]
+    beyond = beyond[_cosine(solid, beyond) < -OPPOSED]
     return np.concatenate([found, beyond[_in_one_plane(solid, beyond, allowed)]])
 
 
@@ -185,10 +203,13 @@ def _regions(solid: Polyhedra, edges: _Edges, seeds: Ints, allowed: Floats, narr
     near = sides[~narrow[sides].any(axis=1) & (np.abs(_cosine(solid, sides)) > ALIKE)]
     near = np.concatenate([near[_in_one_plane(solid, near, allowed)], seeds])
     _, label = connected_components(len(narrow), near)
-    beside: dict[int, set[int]] = {}
-    for one, other in sides.tolist():
-        beside.setdefault(one, set()).add(other)
-        beside.setdefault(other, set()).add(one)
+    # A bridge to a hole leaves the faces around the hole beside the others in a corner only.
+    own = np.flatnonzero(np.isin(solid.face_block, solid.face_block[seeds]))
+    corners = {f: edges.vertex[solid.face_vertices[slice(*solid.face_start[f : f + 2])]].tolist() for f in own.tolist()}
+    at: dict[int, set[int]] = {}
+    for face, ring in corners.items():
+        for vertex in ring:
+            at.setdefault(vertex, set()).add(face)
     found: list[Ints] = []
     for seed in seeds[:, 0].tolist():
         if any(seed in region for region in found):
@@ -197,7 +218,7 @@ def _regions(solid: Polyhedra, edges: _Edges, seeds: Ints, allowed: Floats, narr
         largest = max(inside, key=lambda face: float(solid.planes.area[face]))
         edge = inside
         while edge:
-            around = np.array(sorted({face for own in edge for face in beside[own]} - inside), dtype=np.int64)
+            around = np.array(sorted(set().union(*(at[v] for f in edge for v in corners[f])) - inside), dtype=np.int64)
             pairs = np.column_stack([around, np.full(len(around), largest)])
             flat = _in_one_plane(solid, pairs, allowed) & (narrow[around] | (np.abs(_cosine(solid, pairs)) > ALIKE))
             edge = set(around[flat].tolist())
