@@ -86,7 +86,8 @@ def unfolded(solid: Solid, names: Sequence[str]) -> Solid:
     most = np.minimum(FLAT * solid.size, THICK * 2 * solid.volume / surface)
     for coarser in COARSER:
         allowed = np.maximum(ROUNDING * solid.size, np.minimum(coarser * ROUNDING * solid.size, most))
-        solid, wrong = _summed_up(solid, allowed)
+        # The two sides of a narrow slit or of a sharp rim sum up to a sliver, and are no fold but to rounding.
+        solid, wrong = _summed_up(solid, allowed, slivers=coarser == 1.0)
         if wrong and coarser == 1.0:
             raise InputError(
                 *(
@@ -105,7 +106,7 @@ def _narrow(solid: Polyhedra, allowed: Floats) -> np.ndarray:
     return narrow
 
 
-def _summed_up(solid: Solid, allowed: Floats) -> tuple[Solid, list[tuple[int, int]]]:
+def _summed_up(solid: Solid, allowed: Floats, slivers: bool) -> tuple[Solid, list[tuple[int, int]]]:
     """The blocks without folds, and the block and the face of each fold that is left."""
     edges = _neighbours(solid, np.arange(len(solid.vertices)))
     narrow = _narrow(solid, allowed)
@@ -118,7 +119,8 @@ def _summed_up(solid: Solid, allowed: Floats) -> tuple[Solid, list[tuple[int, in
     for faces in _regions(solid, edges, seeds, allowed, narrow):
         block = int(solid.face_block[faces[0]])
         try:
-            made += [(block, face) for face in _summed(solid, faces, edges.vertex, float(allowed[block]))]
+            summed = _summed(solid, faces, edges.vertex, float(allowed[block]), slivers)
+            made += [(block, face) for face in summed]
             gone[faces] = True
         except ValueError:
             wrong.append((block, int(np.intersect1d(faces, seeds)[0] - np.searchsorted(solid.face_block, block))))
@@ -159,6 +161,7 @@ def _neighbours(solid: Polyhedra, vertex: Ints) -> _Edges:
 
 
 def _cosine(solid: Polyhedra, sides: Ints) -> Floats:
+    """Between the normals of the two faces of each pair."""
     one, other = solid.planes.normal[sides.T]
     cosine: Floats = np.einsum("ij,ij->i", one, other)
     return cosine
@@ -211,18 +214,21 @@ def _regions(solid: Polyhedra, edges: _Edges, seeds: Ints, allowed: Floats, narr
         for vertex in ring:
             at.setdefault(vertex, set()).add(face)
     found: list[Ints] = []
+    used: set[int] = set()  # a face without width may be in two planes, and counts in one
     for seed in seeds[:, 0].tolist():
-        if any(seed in region for region in found):
+        if seed in used:
             continue
         inside = set(np.flatnonzero(label == label[seed]).tolist())
         largest = max(inside, key=lambda face: float(solid.planes.area[face]))
         edge = inside
         while edge:
-            around = np.array(sorted(set().union(*(at[v] for f in edge for v in corners[f])) - inside), dtype=np.int64)
+            beside = set().union(*(at[vertex] for face in edge for vertex in corners[face]))
+            around = np.array(sorted(beside - inside - used), dtype=np.int64)
             pairs = np.column_stack([around, np.full(len(around), largest)])
             flat = _in_one_plane(solid, pairs, allowed) & (narrow[around] | (np.abs(_cosine(solid, pairs)) > ALIKE))
             edge = set(around[flat].tolist())
             inside |= edge
+        used |= inside
         found.append(np.array(sorted(inside)))
     return found
 
@@ -241,8 +247,8 @@ def _in_one_plane(solid: Polyhedra, sides: Ints, allowed: Floats) -> np.ndarray:
     return flat
 
 
-def _summed(solid: Polyhedra, faces: Ints, vertex: Ints, allowed: float) -> list[list[int]]:
-    """Faces that cover the signed sum of some in one plane; raises ValueError where there are none."""
+def _summed(solid: Polyhedra, faces: Ints, vertex: Ints, allowed: float, slivers: bool) -> list[list[int]]:
+    """Faces that cover the signed sum of some in one plane; raises ValueError where there are no such faces."""
     rings = [vertex[solid.face_vertices[slice(*solid.face_start[f : f + 2])]].tolist() for f in faces.tolist()]
     edges = boundary(rings)
     if not edges:
@@ -258,7 +264,7 @@ def _summed(solid: Polyhedra, faces: Ints, vertex: Ints, allowed: float) -> list
     axis = np.cross(np.eye(3)[np.abs(normal).argmin()], normal)
     axis /= np.linalg.norm(axis)
     flat = local @ np.column_stack([axis, np.cross(normal, axis)])
-    return covered(edges, dict(zip(used.tolist(), flat, strict=True)), allowed)
+    return covered(edges, dict(zip(used.tolist(), flat, strict=True)), allowed, slivers=slivers)
 
 
 def _replaced(solid: Solid, gone: np.ndarray, made: list[tuple[int, list[int]]]) -> Solid:

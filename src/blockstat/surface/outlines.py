@@ -35,7 +35,9 @@ def boundary(rings: list[list[int]]) -> Counter[Edge]:
     return Counter({(a, b): n - walked[b, a] for (a, b), n in walked.items() if n > walked[b, a]})
 
 
-def covered(edges: Counter[Edge], place: dict[int, Floats], rounding: float) -> list[list[int]]:
+def covered(
+    edges: Counter[Edge], place: dict[int, Floats], rounding: float, *, slivers: bool = True
+) -> list[list[int]]:
     """Return faces without holes that cover what edges enclose.
 
     Parameters
@@ -46,6 +48,8 @@ def covered(edges: Counter[Edge], place: dict[int, Floats], rounding: float) -> 
         Vertices in the plane [m].
     rounding : float
         How far a vertex may be off [m].
+    slivers : bool, optional
+        Whether there may be outlines without width.
 
     Returns
     -------
@@ -69,9 +73,11 @@ def covered(edges: Counter[Edge], place: dict[int, Floats], rounding: float) -> 
 
     loops = _loops(edges, place)
     solid = {k: shapely.Polygon([place[v] for v in loop]) for k, loop in enumerate(loops)}
-    slivers = [k for k, own in solid.items() if abs(_area(own)) <= rounding * own.length / 2]
-    faces = [loops[k] for k in slivers]
-    solid = {k: own for k, own in solid.items() if k not in slivers}
+    narrow = [k for k, own in solid.items() if abs(_area(own)) <= rounding * own.length / 2]
+    if narrow and not slivers:
+        raise ValueError("an outline has no width")
+    faces = [loops[k] for k in narrow]
+    solid = {k: own for k, own in solid.items() if k not in narrow}
     outer = [k for k, own in solid.items() if _area(own) > 0]
     holes: dict[int, list[int]] = {k: [] for k in outer}
     for k in solid.keys() - set(outer):
@@ -110,7 +116,7 @@ def _loops(edges: Counter[Edge], place: dict[int, Floats]) -> list[list[int]]:
         while left[start]:
             path, step = [start], {start: 0}
             while path:
-                before, vertex = (path[-2:] if len(path) > 1 else (None, start))
+                before, vertex = path[-2:] if len(path) > 1 else (None, start)
                 ahead = _next(before, vertex, left[vertex], place)
                 if ahead not in step:
                     step[ahead] = len(path)
