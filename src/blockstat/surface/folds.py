@@ -33,6 +33,12 @@ OPPOSED = float(np.cos(np.deg2rad(15.0)))
 FLAT, THICK = 2.5e-3, 0.0625
 #: Corners that are rounded to few digits are looked for with such multiples of `ROUNDING`, up to `FLAT`.
 COARSER = (1.0, 10.0, 100.0, 1e3, 1e4)
+#: Folded faces are so many times wider than corners are off their plane. Chosen: the pieces of a concave face are far
+#: wider; the neighbours in a noisy scan, which may be folded by chance, are not.
+WIDER = 20.0
+#: A fold that cannot be resolved is refused if its faces are longer than this part of the size of the block. Chosen:
+#: the faces of a scan are shorter, and where noise folds two of them they stay, as no joint hangs on them.
+LONG = 0.1
 
 
 def unfolded(solid: Solid, names: Sequence[str]) -> Solid:
@@ -106,8 +112,14 @@ def _narrow(solid: Polyhedra, allowed: Floats) -> np.ndarray:
     return narrow
 
 
+def _long(solid: Polyhedra, faces: Ints) -> bool:
+    """Whether one of some faces of a block is long enough for a joint to hang on it."""
+    low, high = (bound[faces] for bound in solid.face_bounds)
+    return bool(np.linalg.norm(high - low, axis=1).max() > LONG * solid.size[solid.face_block[faces[0]]])
+
+
 def _summed_up(solid: Solid, allowed: Floats, slivers: bool) -> tuple[Solid, list[tuple[int, int]]]:
-    """The blocks without folds, and the block and the face of each fold that is left."""
+    """The blocks without folds, and the block and the face of each long fold that is left."""
     edges = _neighbours(solid, np.arange(len(solid.vertices)))
     narrow = _narrow(solid, allowed)
     seeds = _folds(solid, edges, allowed, narrow)
@@ -123,7 +135,9 @@ def _summed_up(solid: Solid, allowed: Floats, slivers: bool) -> tuple[Solid, lis
             made += [(block, face) for face in summed]
             gone[faces] = True
         except ValueError:
-            wrong.append((block, int(np.intersect1d(faces, seeds)[0] - np.searchsorted(solid.face_block, block))))
+            folded = np.intersect1d(faces, seeds)
+            if _long(solid, folded):
+                wrong.append((block, int(folded[0] - np.searchsorted(solid.face_block, block))))
     return (_replaced(solid, gone, made) if gone.any() else solid), wrong
 
 
@@ -170,7 +184,8 @@ def _cosine(solid: Polyhedra, sides: Ints) -> Floats:
 def _folds(solid: Polyhedra, edges: _Edges, allowed: Floats, narrow: np.ndarray) -> Ints:
     """Pairs of faces that are folded on each other, shape (n, 2)."""
     wide = ~narrow[edges.sides].any(axis=1)
-    seeds = np.flatnonzero(wide & (_cosine(solid, edges.sides) < -OPPOSED))
+    small = _narrow(solid, WIDER * allowed)
+    seeds = np.flatnonzero(~small[edges.sides].any(axis=1) & (_cosine(solid, edges.sides) < -OPPOSED))
     seeds = seeds[_in_one_plane(solid, edges.sides[seeds], allowed)]
     crowded = edges.key[seeds] >= 0
     if crowded.any():
@@ -183,7 +198,7 @@ def _folds(solid: Polyhedra, edges: _Edges, allowed: Floats, narrow: np.ndarray)
         return found
     # Faces without width between two that are folded, as where a fan has corners in one line.
     beyond = _beyond_narrow(edges.sides, narrow)
-    beyond = beyond[_cosine(solid, beyond) < -OPPOSED]
+    beyond = beyond[~small[beyond].any(axis=1) & (_cosine(solid, beyond) < -OPPOSED)]
     return np.concatenate([found, beyond[_in_one_plane(solid, beyond, allowed)]])
 
 
