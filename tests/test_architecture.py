@@ -16,8 +16,8 @@ SOURCE = Path(__file__).parents[1] / "src"
 #: The rooms of both packages from the ground up. A room imports itself and what stands before it. A module of a package
 #: root is a room of its own; a package without a module name is its `__init__`, which hands names to users.
 ORDER = """
-    blockstat.typing blockstat.errors blockstat.system blockstat.result blockstat.geometry blockstat.joint
-    blockstat.assembly blockstat.loads blockstat.surface blockstat.contact blockstat.imperfection
+    blockstat.typing blockstat.errors blockstat.system blockstat.result blockstat.geometry
+    blockstat.surface blockstat.joint blockstat.assembly blockstat.loads blockstat.contact blockstat.imperfection
     blockstat.loading blockstat.io.raw blockstat.io blockstat.model.quantities blockstat.model.size
     blockstat.model.expression blockstat.model.solids blockstat.model.placing blockstat.model.arches
     blockstat.model.walling

@@ -28,6 +28,7 @@ from blockstat.geometry.polyhedron import Polyhedra, reach_down, read_only
 from blockstat.geometry.validity import check_geometry
 from blockstat.joint import JointLaw, Tie, check_laws
 from blockstat.result import names_like
+from blockstat.surface.folds import unfolded
 from blockstat.system.reading import check_words
 from blockstat.typing import Floats, Ints
 
@@ -198,7 +199,7 @@ class Assembly(Polyhedra):
         check_geometry(assembly, assembly.names)
         check_laws(assembly.joints, assembly.groups)
         _check_ties(assembly)
-        return assembly
+        return unfolded(assembly, assembly.names)
 
     @cached_property
     def mass(self) -> Floats:
