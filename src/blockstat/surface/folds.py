@@ -28,11 +28,12 @@ ALIKE = 0.5
 #: Faces fold if they are this near to opposed (cosine): no joint takes a face that leans by more than 15 degrees.
 OPPOSED = float(np.cos(np.deg2rad(15.0)))
 #: Faces of a block are in one plane if their corners are off it by at most this part of its size, and of its mean
-#: thickness: a fourth of the gap of a joint, which takes such faces for flat (`blockstat.contact.tolerance`). Of a
-#: plate the two sides are not in one plane.
-FLAT, THICK = 2.5e-3, 0.0625
+#: thickness. The first is three times what coordinates of four digits round off, as the plane of a face is off, too.
+#: What is thicker is a tip that tapers to an edge: its sides share that edge and look opposite ways, too. Of a plate
+#: the two sides are not in one plane.
+FLAT, THICK = 2.5e-4, 0.0625
 #: Corners that are rounded to few digits are looked for with such multiples of `ROUNDING`, up to `FLAT`.
-COARSER = (1.0, 10.0, 100.0, 1e3, 1e4)
+COARSER = (1.0, 10.0, 100.0, 1e3)
 #: Folded faces are so many times wider than corners are off their plane. Chosen: the pieces of a concave face are far
 #: wider; the neighbours in a noisy scan, which may be folded by chance, are not.
 WIDER = 20.0

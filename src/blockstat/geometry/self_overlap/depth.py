@@ -87,7 +87,8 @@ def self_overlaps(blocks: Polyhedra, merged: Ints, tested: Ints) -> list[SelfOve
 
     Where triangles do not meet beside what they share, the number changes by 1 from one side of the surface to the
     other and nowhere else, so one point of each connected part tells both numbers. Only the boxes around the other
-    triangles, and around parts with a wrong number, are cut into convex pieces.
+    triangles, and around parts with a wrong number, are cut into convex pieces. Of a surface whose triangles are too
+    crowded to be compared (`CROWDED`) one point of each connected part is looked at all the same.
     """
     limit = _allowed(blocks)
     left = tested[~_once_around(blocks, limit)[tested]]

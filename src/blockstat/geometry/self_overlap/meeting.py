@@ -7,13 +7,16 @@ from functools import reduce
 
 import numpy as np
 
-from blockstat.geometry.broad_phase import near_pairs
+from blockstat.geometry.broad_phase import count_of_close, near_pairs
 from blockstat.geometry.polyhedron import Polyhedra, members, next_in_face
 from blockstat.geometry.triangulation import fans, triangulate
 from blockstat.typing import Floats, Ints
 
 #: Surfaces of up to this many triangles have all their pairs compared; larger ones are sorted by place first.
 FEW = 64
+#: Pairs of triangles of a block that are near each other at most. Where there are more, as about the middle of a face
+#: of 70,000 corners, none are compared. Chosen: a gigabyte.
+CROWDED = 20_000_000
 #: Pairs that are compared at once.
 CHUNK = 50_000
 #: Areas that agree to this fraction are equal but for rounding.
@@ -138,7 +141,10 @@ def _near(surface: Surface, n_blocks: int, on: Floats) -> list[Ints]:
         found.append(np.column_stack([first, other])[near])
     for block in np.flatnonzero(count > FEW).tolist():
         own = slice(start[block], start[block + 1])
-        pairs = near_pairs(lower[own], upper[own], np.full(count[block], on[block])) + start[block]
+        boxes = lower[own], upper[own], np.full(count[block], on[block])
+        if count_of_close(*boxes) > CROWDED:
+            continue
+        pairs = near_pairs(*boxes) + start[block]
         found += np.split(pairs, np.arange(CHUNK, len(pairs), CHUNK))
     return [pairs for pairs in found if len(pairs)]
 
