@@ -5,8 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from blockstat import Block, JointLaw, LoadOutcome, Outcome, Tie, acceleration, assess, find_interfaces, limit_load
+from blockstat import (
+    Assembly,
+    Block,
+    JointLaw,
+    LoadOutcome,
+    Outcome,
+    Tie,
+    acceleration,
+    assess,
+    find_interfaces,
+    limit_load,
+)
 from blockstat.analysis import limit_load as limits
 from blockstat.analysis.problem import pose
 from blockstat.analysis.reserve import SLIVER, loaded_slivers, neutral_warning, sliver_warning, slivers_of
@@ -209,11 +221,37 @@ def test_an_edge_shorter_than_a_thousandth_of_the_smaller_block_is_a_sliver_and_
     least = SLIVER * asm.size[joints.pair[0]].min()
     for kind, length, found in ((1, 0.9, [0]), (1, 1.1, []), (2, 0.9, [])):
         point = joints.point.copy()
-        point[:2] = [(0, 0, 0), (length * least, 0, 0)]
+        point[:2] = [(0.1, 0.5, 0), (0.1 + length * least, 0.5, 0)]
         count = np.concatenate([[0, 2], 2 + np.cumsum(np.diff(joints.start)[1:])])
         point = np.concatenate([point[:2], point[joints.start[1] :]])
         bare = replace(joints, kind=np.array([kind, 0]), area=np.array([0.0, 0.3]), point=point, start=count)
         assert slivers_of(posed(asm, interfaces=bare)).tolist() == found
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+@pytest.mark.parametrize("split", [False, True])
+@pytest.mark.parametrize(("inside", "sliver"), [(1e-5, True), (9e-4, True), (2e-3, False), (0.3, False)])
+def test_an_edge_that_lies_on_a_face_by_less_than_a_sliver_is_one(inside, sliver, split, turn):
+    """A keel on two tables, over the rim of one by so much; its centre is in the middle between its two edges."""
+    wedge = [(-inside, 0), (0.5, 0.5), (1.3, 0), (1.6, 1.0), (-inside - 0.3, 1.0)]
+    tables = [[(-1, -1), (0, -1), (0, 0), (-1, 0)], [(1, -1), (2, -1), (2, 0), (1, 0)]]
+    blocks = [prism(outline, 1.0, name=name) for outline, name in zip([*tables, wedge], "lrk", strict=True)]
+    if split:  # faces in triangles have edges that are no rims
+        halves = [
+            [half for f in block.faces for half in ([f[:3], [f[0], *f[2:]]] if len(f) == 4 else [f])]
+            for block in blocks
+        ]
+        blocks = [replace(block, faces=own) for block, own in zip(blocks, halves, strict=True)]
+    rotation = Rotation.from_rotvec([turn, -turn, 2 * turn]).as_matrix()
+    blocks = [replace(block, vertices=np.asarray(block.vertices) @ rotation.T) for block in blocks]
+    keel = Assembly.from_blocks(blocks, supports=["l", "r"], density=1.0, gravity=rotation @ (0, 0, -1.0))
+    problem = posed(keel)
+    assert problem.interfaces.contacts["edge"] == 2
+    named = problem.interfaces.pair[slivers_of(problem)].tolist()
+    assert named == ([[0, 2]] if sliver else [])
+    verdict = assess(keel)
+    assert verdict.outcome is Outcome.STABLE
+    assert any('"l" to "k"' in text for text in verdict.warnings) is sliver
 
 
 def test_slivers_are_named_up_to_three():

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -32,9 +32,15 @@ from blockstat.result import listed
 from blockstat.solve.answer import Answer
 from blockstat.typing import Floats, Ints
 
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
 #: A joint narrower than this share of the smaller block (cube root of volume) is a sliver: 0.2 mm on a brick, less than
 #: stone is cut or measured to.
 SLIVER = 1e-3
+#: Facets whose normals have at least this cosine with that of a contact make up the face that it is on. Chosen: within
+#: eight degrees.
+ALONG = 0.99
 #: Frictionless joints are lent this friction: that blocks slide on them freely is not worth a word.
 LENT = 1e-3
 #: Corners slower than this fraction of the fastest are at rest.
@@ -160,8 +166,8 @@ def neutral_warning(problem: Problem, neutral: Ints, limit: int = 3) -> list[str
 def slivers_of(problem: Problem) -> Ints:
     """Find the joints that are slivers, or have some that reach beyond the rest of them.
 
-    Slivers are patches narrower than `SLIVER` of the smaller block, arms of patches that are as narrow, and edges that
-    are shorter.
+    Slivers are patches narrower than `SLIVER` of the smaller block, arms of patches that are as narrow, edges that are
+    shorter, and edges that lie on a face no further from its rim.
 
     Parameters
     ----------
@@ -219,7 +225,9 @@ def _narrow_joints(problem: Problem, interfaces: Interfaces) -> dict[int, _Narro
     least = SLIVER * problem.assembly.size[interfaces.pair].min(axis=1)
     length = _diagonals(interfaces.point, interfaces.start[:-1])
     narrow = (interfaces.area > 0) & (interfaces.area < least * length)
-    narrow |= (interfaces.kinds == ContactKind.EDGE) & (length < least)
+    edges = interfaces.kinds == ContactKind.EDGE
+    narrow |= edges & (length < least)
+    narrow[edges] |= _on_rims(problem.assembly, interfaces, np.flatnonzero(edges), least)
     parts = _parts_of_narrow(interfaces, narrow, least)
     found = {}
     for k in sorted({*np.flatnonzero(narrow).tolist(), *parts}):
@@ -227,6 +235,29 @@ def _narrow_joints(problem: Problem, interfaces: Interfaces) -> dict[int, _Narro
         own = _what_is_wide(points, parts.get(k, []), interfaces.frame[k, 1:], float(least[k]))
         if own.beyond.any():
             found[k] = own
+    return found
+
+
+def _on_rims(assembly: Assembly, interfaces: Interfaces, edges: Ints, least: Floats) -> np.ndarray:
+    """Which of some contacts of edges lie on faces, and nowhere as far as a width from the rims of these."""
+    import shapely
+
+    found = np.zeros(len(edges), dtype=bool)
+    planes, start = assembly.planes, assembly.face_start
+    for row, k in enumerate(edges.tolist()):
+        middle = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]].mean(axis=0)
+        normal, across = interfaces.frame[k, 0], interfaces.frame[k, 1:]
+        inside = []
+        for block in interfaces.pair[k].tolist():
+            faces = np.flatnonzero(assembly.face_block == block)
+            off = np.abs((middle - planes.centre[faces]) @ normal)
+            flat = faces[(np.abs(planes.normal[faces] @ normal) > ALONG) & (off < least[k])]
+            rings = [assembly.vertices[assembly.face_vertices[start[f] : start[f + 1]]] for f in flat]
+            parts = [shapely.buffer(shapely.Polygon((ring - middle) @ across.T), WIDTH * least[k]) for ring in rings]
+            face, here = shapely.union_all(parts), shapely.Point(0, 0)
+            if face.contains(here):
+                inside.append(face.boundary.distance(here))
+        found[row] = max(inside, default=np.inf) < least[k]
     return found
 
 
