@@ -13,8 +13,7 @@ import numpy as np
 
 from blockstat.errors import HUGE, InputError, known_options
 from blockstat.geometry.convex_pieces import contains
-from blockstat.geometry.polyhedron import next_in_face
-from blockstat.geometry.triangulation import triangulate
+from blockstat.geometry.triangulation import fans, triangulate
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -144,7 +143,8 @@ def _integrals_of(assembly: Assembly, height: Floats, factor: Floats) -> tuple[F
     integral of G n_z, where G' = z f. F and G are cubic at most between two heights, at which triangles are split.
     """
     up = -assembly.gravity / np.linalg.norm(assembly.gravity)
-    triangle, block = _surface(assembly)
+    block = np.repeat(assembly.face_block, np.diff(assembly.face_start))
+    triangle = fans(assembly.vertices[assembly.face_vertices] - assembly.centroid[block], assembly.face_start)
     knot = height - (assembly.centroid @ up)[:, None]  # above the centroid, shape (n_blocks, k)
     for k in range(len(height)):
         triangle, block = _split(triangle, triangle @ up - knot[block, k, None], block)
@@ -165,16 +165,6 @@ def _integrals_of(assembly: Assembly, height: Floats, factor: Floats) -> tuple[F
     whole = np.zeros((assembly.n_blocks, 4))
     np.add.at(whole, block, sums)
     return whole[:, 0], whole[:, 1:]
-
-
-def _surface(assembly: Assembly) -> tuple[Floats, Ints]:
-    """Triangles about the middle of each face, from the centroids of their blocks, shape (n, 3, 3), and the blocks."""
-    count = np.diff(assembly.face_start)
-    block = np.repeat(assembly.face_block, count)
-    corner = assembly.vertices[assembly.face_vertices] - assembly.centroid[block]
-    middle = np.add.reduceat(corner, assembly.face_start[:-1], axis=0) / count[:, None]
-    following = corner[next_in_face(assembly.face_start)]
-    return np.stack([np.repeat(middle, count, axis=0), corner, following], axis=1), block
 
 
 def _quadrature(triangle: Floats, up: Floats) -> tuple[Floats, Floats]:

@@ -245,19 +245,20 @@ def _on_rims(assembly: Assembly, interfaces: Interfaces, edges: Ints, least: Flo
     found = np.zeros(len(edges), dtype=bool)
     planes, start = assembly.planes, assembly.face_start
     for row, k in enumerate(edges.tolist()):
-        middle = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]].mean(axis=0)
+        points = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]]
         normal, across = interfaces.frame[k, 0], interfaces.frame[k, 1:]
-        inside = []
+        edge = shapely.MultiPoint((points - points[0]) @ across.T).convex_hull
+        within = []
         for block in interfaces.pair[k].tolist():
             faces = np.flatnonzero(assembly.face_block == block)
-            off = np.abs((middle - planes.centre[faces]) @ normal)
+            off = np.abs((points[0] - planes.centre[faces]) @ normal)
             flat = faces[(np.abs(planes.normal[faces] @ normal) > ALONG) & (off < least[k])]
             rings = [assembly.vertices[assembly.face_vertices[start[f] : start[f + 1]]] for f in flat]
-            parts = [shapely.buffer(shapely.Polygon((ring - middle) @ across.T), WIDTH * least[k]) for ring in rings]
-            face, here = shapely.union_all(parts), shapely.Point(0, 0)
-            if face.contains(here):
-                inside.append(face.boundary.distance(here))
-        found[row] = max(inside, default=np.inf) < least[k]
+            parts = [shapely.buffer(shapely.Polygon((ring - points[0]) @ across.T), WIDTH * least[k]) for ring in rings]
+            face = shapely.union_all(parts)
+            if face.intersects(edge):
+                within.append(bool(shapely.intersects(shapely.buffer(face, -least[k]), edge)))
+        found[row] = bool(within) and not any(within)
     return found
 
 

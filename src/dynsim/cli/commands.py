@@ -121,10 +121,7 @@ def verify(
             doubt_loads(assembly.metadata, file)
         return with_glue(assembly, glue)
 
-    settings, near = (
-        settings_of(preset, threshold, group),
-        gap_of(gap),
-    )
+    settings, near = settings_of(preset, threshold, group), gap_of(gap)
     loads = loads_of(remove, settle, push, tilt_to)
     if case is not None or loads_file is not None:
         if len(files) > 1:
