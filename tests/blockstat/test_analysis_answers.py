@@ -757,7 +757,8 @@ def test_what_forces_carry_but_for_rounding_is_without_bound(beyond, unbounded, 
     down = problem.scaled(acceleration(problem.assembly, (0, 0, -1)))
     answer = replace(solve_penalty(problem.program), force=ray * (multiplier or 1.0), multiplier=multiplier)
     on_the_way = LimitBracket(problem.program, down, dead, 1e-3, problem.motions)
-    word, lower, upper = _beyond_bounds(on_the_way, answer, dead, 2.0)
+    word, lower, upper, force = _beyond_bounds(on_the_way, answer, dead, 2.0)
+    assert force is (dead if unbounded else on_the_way.force)
     assert upper == np.inf
     if unbounded:
         assert (word, lower) == (LoadOutcome.UNBOUNDED, np.inf)

@@ -757,15 +757,16 @@ def sunk(*depths, size=1.0):
 
 
 def test_overlaps_beyond_a_tenth_of_the_smaller_block_are_refused_and_the_worst_for_its_size_is_named():
-    shallow = check_overlaps(sunk(0.03, 0.099), gap=0.01)
+    pairs, shallow = check_overlaps(sunk(0.03, 0.099), gap=0.01)
+    assert pairs.tolist() == [[0, 1], [1, 2]]
     assert shallow == ['2 pairs of blocks overlap, the worst "c1" and "c2" by 0.099 m']
     with pytest.raises(
         InputError, match=r'blocks "c1" and "c2" overlap by 0\.101 m; rigid blocks may touch but not overlap'
     ):
         check_overlaps(sunk(0.03, 0.101), gap=0.01)
-    assert check_overlaps(sunk(0.009, 0.0), gap=0.01) == []
+    assert check_overlaps(sunk(0.009, 0.0), gap=0.01)[1] == []
     near = np.array([[0, 1]])
-    assert check_overlaps(sunk(0.03, 0.3), gap=0.01, near=near) == [
+    assert check_overlaps(sunk(0.03, 0.3), gap=0.01, near=near)[1] == [
         '1 pairs of blocks overlap, the worst "c0" and "c1" by 0.03 m'
     ]
     # .06 of a cube of .5 is worse than .09 of a cube of 1.

@@ -6,7 +6,14 @@ from test_cvxpy import LAWS
 
 from blockstat import Outcome, assess, limit_load
 from blockstat.analysis.limit_load import LoadOutcome
-from evidence.scenes.small import FERRIS, SCENES, arch, ferris_wall, running_bond, stack
+from blockstat.analysis.problem import pose
+from blockstat.certificate.interior_motions import least_slack
+from blockstat.contact.interfaces import GAP
+from blockstat.loads import acceleration
+from blockstat.program.conic import conic_program
+from blockstat.solve.kkt import KktSolver
+from blockstat.solve.phase_one import MOST_OPENING, find_motion
+from evidence.scenes.small import FERRIS, SCENES, arch, assembly, box, ferris_wall, running_bond, stack
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=lambda s: s[0])
@@ -82,3 +89,27 @@ def test_coulomb_states(tilt):
 def test_the_bracket_of_a_wall_of_four_hundred_is_narrow():
     # The method's own digits: proximal terms blind to the size of the forces leave a bracket of 2e-5.
     assert limit_load(running_bond(20, 20), (1, 0, 0), solver="interior-point", optimum=True).gap < 2e-6
+
+
+@pytest.mark.parametrize(("courses", "bricks"), [(10, 3), (40, 70)])
+def test_a_motion_that_opens_every_joint_is_found_however_large_a_wall_is(courses, bricks):
+    """Blocks that move apart by their distance from the foot open every joint, so that there is such a motion."""
+    problem = pose(running_bond(courses, bricks), friction=None, gravity=None, loads=None, gap=GAP, interfaces=None)
+    program = problem.program
+    conic = conic_program(program, -program.load, pinned=problem.scaled(acceleration(problem.assembly, (0, 1, 0))))
+    motion, _ = find_motion(conic, KktSolver(conic))
+    assert motion is not None
+    assert least_slack(program, conic.twist(motion)) > 0
+
+
+def test_the_search_for_an_opening_motion_ends_where_there_is_none():
+    """A tenon in its mortise leaves four faces along which it only slides."""
+    walls = [box((-2, -2, 0), (-1, 2, 1)), box((1, -2, 0), (2, 2, 1)), box((-1, -2, 0), (1, -1, 1)),
+             box((-1, 1, 0), (1, 2, 1))]  # fmt: skip
+    asm = assembly([box((-3, -3, -1), (3, 3, 0)), *walls, box((-1, -1, 0), (1, 1, 2))], supports=range(5))
+    problem = pose(asm, friction=None, gravity=None, loads=None, gap=GAP, interfaces=None)
+    program = problem.program
+    conic = conic_program(program, -program.load, pinned=problem.scaled(acceleration(asm, (0, 0, 1))))
+    motion, factorisations = find_motion(conic, KktSolver(conic))
+    assert motion is None
+    assert factorisations <= MOST_OPENING

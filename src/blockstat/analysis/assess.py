@@ -11,7 +11,7 @@ import numpy as np
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.coulomb import FAMILY, CoulombState, coulomb_state, state_in_every_kind
 from blockstat.analysis.decision import decide, outcome_of
-from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
+from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed, with_joints
 from blockstat.analysis.reserve import (
     loaded_slivers,
     neutral_blocks,
@@ -201,11 +201,9 @@ def judged(
     if reserve and verdict.outcome is Outcome.STABLE and checked is not None:
         verdict = _with_reserve(problem, verdict, checked, loads, _second(solver))
     if verdict.outcome is Outcome.UNSTABLE and (warnings := rim_warnings(problem, verdict.mechanism)):
-        options = {"friction": None, "gravity": None, "loads": loads, "gap": problem.gap}
 
         def judge(joints: Interfaces) -> Verdict:
-            rimmed = pose(problem.assembly, interfaces=joints, **options)
-            return judged(replace(rimmed, overlapping=problem.overlapping), loads=loads, solver=solver, score=False)
+            return judged(with_joints(problem, joints, loads), loads=loads, solver=solver, score=False)
 
         verdict = _beyond_doubt(verdict, judged_with_rims(problem, verdict.mechanism, judge), warnings)
     if flow == "associated":

@@ -17,7 +17,7 @@ import numpy as np
 from blockstat.analysis.assess import FLOWS, falls_unloaded
 from blockstat.analysis.coulomb import multiplier_brackets
 from blockstat.analysis.decision import Bound, decide, narrowed, outcome_of, proven_bounds
-from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
+from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed, with_joints
 from blockstat.analysis.reserve import limit_warning
 from blockstat.analysis.rims import gap_warnings, judged_with_rims, overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, fastest_first, first_words, joint_counts, moving_joints, unit_motion
@@ -140,9 +140,8 @@ class LimitLoad(Result):
         str
             One fact a line.
         """
-        lines = [self.outcome.value]
-        if self.worst:
-            lines.append(f"Worst case of the imperfections: {self.worst}.")
+        worst = [f"Worst case of the imperfections: {self.worst}."] if self.worst else []
+        lines = [self.outcome.value, *worst]
         if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED, LoadOutcome.UNDECIDED):
             below = f"{self.lower:.9g} <= " if np.isfinite(self.lower) else ""
             above = f" <= {self.upper:.9g}" if np.isfinite(self.upper) else ""
@@ -156,8 +155,7 @@ class LimitLoad(Result):
         elif self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED, LoadOutcome.UNBOUNDED):
             lines.append(DILATES)
         if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED):
-            counts = ", ".join(joint_counts(self.joints()))
-            lines.append(f"Joints of the mechanism: {counts}.")
+            lines.append(f"Joints of the mechanism: {', '.join(joint_counts(self.joints()))}.")
             lines += [first_words(self.assembly, self.moving)] if len(self.moving) else []
         if words := self.interfaces.contact_words:
             lines.append(f"Contacts: {words}.")
@@ -291,9 +289,9 @@ def limit_load(
     if not (isinstance(tolerance, (int, float)) and 0 < tolerance <= 0.1):
         raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1 of the limit")
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
-    options: dict[str, Any] = {"gap": gap, "solver": solver, "tolerance": tolerance, "optimum": optimum}
+    how: dict[str, Any] = {"solver": solver, "tolerance": tolerance, "optimum": optimum}
     if imperfections is not None:
-        options |= {"flow": flow, "progress": progress}
+        options = {**how, "gap": gap, "flow": flow, "progress": progress}
         brackets = []
         for case in cases_of(problem, loads, imperfections):
             own = limit_load(case.assembly, load, loads=case.loads, interfaces=case.interfaces, **options)
@@ -304,12 +302,16 @@ def limit_load(
     if not len(problem.assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to load')
     direction = as_load(problem.assembly, load)
-    timings, again = dict(problem.timings), partial(limit_load, problem.assembly, direction, loads=loads, **options)
+    timings = dict(problem.timings)
+    again = partial(limit_load, problem.assembly, direction, loads=loads, gap=gap, **how)
+
+    def carried_by(joints: Interfaces) -> float:
+        return _bracket(with_joints(problem, joints, loads), direction, **how)[1]
+
     with timed(timings, "solve"):
-        how = {"optimum": optimum, "progress": progress}
-        outcome, lower, upper, force, twist, iterations = _bracket(problem, direction, solver, tolerance, **how)
-    doubts = [*gap_warnings(problem, more_may_help=outcome is not LoadOutcome.UNBOUNDED)]
-    doubts += problem.strengths if outcome is LoadOutcome.UNBOUNDED else []
+        outcome, lower, upper, force, twist, iterations = _bracket(problem, direction, **how, progress=progress)
+    bounded = outcome is not LoadOutcome.UNBOUNDED
+    doubts = gap_warnings(problem, more_may_help=bounded) + ([] if bounded else problem.strengths)
     found = LimitLoad(
         outcome=outcome, lower=lower, upper=upper, forces=problem.to_points(force),
         mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)), interfaces=problem.interfaces,
@@ -319,8 +321,8 @@ def limit_load(
     with timed(timings, "contacts without a normal or a width"):
         found = _beyond_doubt(problem, found, again, tolerance)
         carried = 0.0 if outcome is LoadOutcome.STOPPED else found.lower  # who stops it does not wait for another
-        thin = limit_warning(problem, found.forces, carried, tolerance, again)
-    found = replace(found, warnings=(*found.warnings, *thin))
+        thin = limit_warning(problem, found.forces, carried, tolerance, carried_by)
+        found = replace(found, warnings=(*found.warnings, *thin))
     if flow == "coulomb" and outcome in (LoadOutcome.LIMIT, LoadOutcome.UNBOUNDED, LoadOutcome.STOPPED):
         with timed(timings, "coulomb"):
             found = _without_dilatancy(problem, found, direction, loads, solver=solver, progress=progress)
@@ -444,9 +446,7 @@ def bracket(
         lower = min(on_the_way.lower, on_the_way.upper) / unit
         return outcome, lower, on_the_way.upper / unit, on_the_way.force, on_the_way.twist, iterations
     if answer.status is Status.PRIMAL_INFEASIBLE or answer.multiplier > UNBOUNDED:
-        word, lower, upper = _beyond_bounds(on_the_way, answer, dead, unit)
-        force = dead if word is LoadOutcome.UNBOUNDED else on_the_way.force
-        return word, lower, upper, force, np.zeros_like(load), iterations
+        return *_beyond_bounds(on_the_way, answer, dead, unit), np.zeros_like(load), iterations
     low, high = proven_bounds(program, load, answer, dead, solver=solver, motions=problem.motions)
     low = max(filter(None, (low, Bound(on_the_way.lower, on_the_way.force))), key=lambda bound: bound.value)
     if np.isfinite(on_the_way.upper):
@@ -471,12 +471,14 @@ def bracket(
     return outcome, lower / unit, upper / unit, field, twist, iterations
 
 
-def _beyond_bounds(on_the_way: Bracket, answer: Answer, dead: Floats, unit: float) -> tuple[LoadOutcome, float, float]:
-    """What is carried where a solver finds no limit, or one beyond what forces of a bounded size can prove."""
-    on_the_way.carry(dead + UNBOUNDED * answer.force / (answer.multiplier if answer.multiplier > 0 else 1), UNBOUNDED)
-    if on_the_way.lower >= (1.0 - ROUNDING) * UNBOUNDED:
-        return LoadOutcome.UNBOUNDED, np.inf, np.inf
-    return LoadOutcome.UNDECIDED, on_the_way.lower / unit, np.inf
+def _beyond_bounds(
+    so_far: Bracket, answer: Answer, dead: Floats, unit: float
+) -> tuple[LoadOutcome, float, float, Floats]:
+    """What is carried, and the forces, where a solver finds no limit or one beyond what bounded forces can prove."""
+    so_far.carry(dead + UNBOUNDED * answer.force / (answer.multiplier if answer.multiplier > 0 else 1), UNBOUNDED)
+    if so_far.lower >= (1.0 - ROUNDING) * UNBOUNDED:
+        return LoadOutcome.UNBOUNDED, np.inf, np.inf, dead
+    return LoadOutcome.UNDECIDED, so_far.lower / unit, np.inf, so_far.force
 
 
 def _solved(conic: ConicProgram, on_the_way: Bracket | None, dead: Floats, solver: str) -> tuple[Answer, bool]:

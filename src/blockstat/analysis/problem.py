@@ -282,12 +282,13 @@ def pose(
     pairs = tied_pairs(assembly)
     timings: dict[str, float] = {}
     warnings: list[str] = []
-    undivided = None
+    undivided = overlapping = None
     with timed(timings, "interfaces"):
         if interfaces is None:
             check_copies(assembly)
             near = near_blocks(assembly, gap=gap)
-            warnings += check_overlaps(assembly, gap=gap, near=near)
+            overlapping, told = check_overlaps(assembly, gap=gap, near=near)
+            warnings += told
             interfaces = find_interfaces(assembly, gap=gap, near=near)
         given = interfaces
         warnings += unheeded(assembly, given) if friction is not None else []
@@ -311,9 +312,31 @@ def pose(
     if assembly.support.all():
         warnings.append("all blocks are supports; there was nothing to check")
     return Problem(
-        assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, ties=ties,
-        undivided=undivided, given=given,
+        assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, overlapping,
+        ties=ties, undivided=undivided, given=given,
     )  # fmt: skip
+
+
+def with_joints(problem: Problem, interfaces: Interfaces, loads: Loads | None) -> Problem:
+    """Pose a problem again on other joints of its blocks.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    interfaces
+        The joints.
+    loads
+        Those that it was posed with.
+
+    Returns
+    -------
+    Problem
+        With the overlaps of the blocks, if they are known.
+    """
+    options = {"friction": None, "gravity": None, "gap": problem.gap}
+    other = pose(problem.assembly, loads=loads, interfaces=interfaces, **options)
+    return replace(other, overlapping=problem.overlapping)
 
 
 def _check_given(assembly: Assembly, interfaces: Interfaces) -> None:

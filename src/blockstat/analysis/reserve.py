@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -409,7 +409,7 @@ def sliver_warning(
 
 
 def limit_warning(
-    problem: Problem, forces: Floats, carried: float, tolerance: float, again: Callable[..., Any]
+    problem: Problem, forces: Floats, carried: float, tolerance: float, carried_by: Callable[[Interfaces], float]
 ) -> list[str]:
     """Say which slivers a limit load rests on, and what is carried without them.
 
@@ -423,8 +423,8 @@ def limit_warning(
         The multiplier, the lower end of a bracket.
     tolerance
         Largest width of the bracket, relative to its upper end.
-    again
-        Gives the bracket with other `interfaces`; asked only where a sliver is loaded.
+    carried_by
+        Gives the multiplier with other interfaces; asked only where a sliver is loaded.
 
     Returns
     -------
@@ -440,7 +440,7 @@ def limit_warning(
     loaded = narrow if np.isinf(carried) else loaded_slivers(problem, forces)
     if carried <= 0 or not len(loaded):
         return []
-    bare = again(interfaces=without_slivers(problem)).lower
+    bare = carried_by(without_slivers(problem))
     if bare >= (1 - SLIVER - tolerance) * carried:
         return []
     words = f"it is {bare:.6g}" if np.isfinite(bare) else "the dead load is not proven to be carried"

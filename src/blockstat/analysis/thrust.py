@@ -367,7 +367,7 @@ def shared_joints(
         return interfaces, ()
     check_copies(assembly)
     near = near_blocks(assembly, gap=gap)
-    told = check_overlaps(assembly, gap=gap, near=near)
+    _, told = check_overlaps(assembly, gap=gap, near=near)
     return find_interfaces(assembly, gap=gap, near=near), tuple(told)
 
 

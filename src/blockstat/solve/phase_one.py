@@ -147,7 +147,8 @@ def find_motion(program: ConicProgram, kkt: KktSolver) -> tuple[Floats | None, i
     """Look for unknowns that are strictly inside all constraints of two blocks: a motion that opens every joint.
 
     Each step is the least change of the slack s that satisfies M x + s = 0, in the metric of the barrier at s, from
-    the unit of every cone: the blocks part as evenly as they can. Finding none proves nothing.
+    the unit of every cone: the blocks part as evenly as they can. Finding none proves nothing. The more courses a wall
+    has, the further its top moves, and the shorter the first steps are; so the search goes on as long as they grow.
 
     Parameters
     ----------
@@ -163,7 +164,7 @@ def find_motion(program: ConicProgram, kkt: KktSolver) -> tuple[Floats | None, i
     factorisations : int
         How many it took.
     """
-    cones, x, s = kkt.cones, 0 * program.cost, kkt.cones.unit.copy()
+    cones, x, s, before = kkt.cones, 0 * program.cost, kkt.cones.unit.copy(), 0.0
     two_blocks = np.arange(len(s)) < len(program.local)
     s[~two_blocks] = FREE  # the border holds nothing back
     for k in range(1, MOST_OPENING + 1):
@@ -174,9 +175,9 @@ def find_motion(program: ConicProgram, kkt: KktSolver) -> tuple[Floats | None, i
         share = STEP * cones.longest_step(s, change)
         if share > STEP:
             return x + step, k
-        if share < LEAST:
+        if share < before:
             break
-        x, s = x + share * step, s + share * change
+        x, s, before = x + share * step, s + share * change, share
     return None, k
 
 

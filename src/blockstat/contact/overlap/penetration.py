@@ -34,7 +34,7 @@ CROWDED = 50
 CHUNK = 2_000_000
 
 
-def check_overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) -> list[str]:
+def check_overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) -> tuple[Ints, list[str]]:
     """Refuse deep overlaps of blocks and warn of shallow ones.
 
     Parameters
@@ -49,8 +49,10 @@ def check_overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = 
 
     Returns
     -------
-    list of str
-        A warning about shallow overlaps, if there are any.
+    pairs : array of int, shape (n, 2)
+        The two blocks of each shallow overlap.
+    warnings : list of str
+        One about them, if there are any.
 
     Raises
     ------
@@ -63,7 +65,7 @@ def check_overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = 
         _refuse_deep(assembly, *overlaps(assembly, gap=gap, near=near[nearest]))
     pairs, depth = overlaps(assembly, gap=gap, near=near)
     _refuse_deep(assembly, pairs, depth)
-    return [tell(assembly, pairs, depth)] if len(pairs) else []
+    return pairs, [tell(assembly, pairs, depth)] if len(pairs) else []
 
 
 def _refuse_deep(assembly: Assembly, pairs: Ints, depth: Floats) -> None:
