@@ -82,9 +82,9 @@ def test_loads_on_faces_go_by_the_tolerances_that_are_stated():
             patch_load(asm, corners + shift, (0, 0, -1))
     # A line a ten thousand millionth outside runs along the edge.
     assert line_load(asm, (-0.9e-10 * size, 0, 1), (-0.9e-10 * size, 3, 1), (0, 0, -1))[0, 2] == pytest.approx(-3.0)
-    assert (faces.TOWARDS, faces.SLIVER, on_faces.EDGE) == (1e-3, 1e-4, 1e-10)
-    # Faces that lean by less than 1e-3 are parallel.
-    for lean, loaded in ((0.9e-3, False), (1.1e-3, True)):
+    assert (faces.TOWARDS, on_faces.EDGE) == (1e-2, 1e-10)
+    # Faces that lean by less than 1e-2 are parallel.
+    for lean, loaded in ((0.9e-2, False), (1.1e-2, True)):
         assert bool(fluid_pressure(asm, 9.0, 1.0, (lean, 0, 1))[0, 0]) is loaded
     # Within 45 degrees, and a joint within 15 degrees of its face.
     for degrees, loaded in ((44.99, True), (45.01, False)):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +22,9 @@ REFLEX = 1e-6
 FILLED = 1e-6
 #: Gaps between polygons below this fraction of them are rounding.
 SEAM = 1e-9
+#: Regions are cut on a grid of about this share of their outline: where edges all but coincide, GEOS may give back all
+#: that it was to take away, or fail (locationtech/jts#1000), but not on a grid.
+GRID = 2.0**-44
 #: A corner with one over the sine of half its angle above this is an arm: over a hundred times the width asked for,
 #: it is narrower than a tenth of it.
 SHARP = 1e3
@@ -367,11 +372,75 @@ def opened(region: Any, width: float) -> Any:
     >>> opened(union(box(0, 0, 1, 1), box(1, 0, 2, 0.001)), 0.01).convex_hull.area < 1.001
     True
     """
+    return _opened(region, width, None)
+
+
+def _opened(region: Any, width: float, grid: float | None) -> Any:
+    """What of a region is wide, cut on a grid if there is one."""
     import shapely
 
     core = shapely.buffer(region, -width / 2)
     grown = shapely.buffer(core, (1 + REGROWTH) * width / 2, join_style="mitre", mitre_limit=SHARP)
-    return shapely.intersection(region, grown)
+    return shapely.intersection(region, grown, grid_size=grid)
+
+
+def grid_of(region: Any) -> float:
+    """Return the width of the grid on which a region is cut, a power of two, on which round numbers lie.
+
+    Parameters
+    ----------
+    region : shapely geometry
+        In a plane [m].
+
+    Returns
+    -------
+    float
+        A length [m].
+    """
+    return GRID * 2.0 ** math.frexp(region.length)[1]
+
+
+def uncovered(region: Any, covers: Sequence[Floats], width: float) -> Any:
+    """Return what convex polygons leave of a region, but for strips beside them.
+
+    Parameters
+    ----------
+    region : shapely geometry
+        Polygon or polygons [m].
+    covers : sequence of array of float, shape (n, 2)
+        Corners of the convex polygons, in any order [m].
+    width : float
+        Widest strip that counts for nothing [m].
+
+    Returns
+    -------
+    shapely geometry
+        Polygons, none where all is covered; the region itself where there are no covers.
+
+    Examples
+    --------
+    >>> from shapely import box
+    >>> uncovered(box(0, 0, 2, 1), [np.array([(0, 0), (1, 0), (1, 0.999), (0, 0.999)])], 0.01).area
+    1.0
+    """
+    import shapely
+
+    hulls = [shapely.MultiPoint(own).convex_hull for own in covers]
+    hulls = [own for own in hulls if own.geom_type == "Polygon"]
+    if not hulls:
+        return region
+    grid = grid_of(region)
+    covered = shapely.union_all(hulls, grid_size=grid)
+    left = _polygons(shapely.difference(region, covered, grid_size=grid))
+    return _polygons(_opened(left, width, grid))
+
+
+def _polygons(region: Any) -> Any:
+    """What of a region has an area."""
+    import shapely
+
+    parts = shapely.get_parts(shapely.get_parts(region))
+    return shapely.MultiPolygon([part for part in parts if part.geom_type == "Polygon" and part.area > 0])
 
 
 def convex_pieces(polygon: Any) -> list[Floats]:

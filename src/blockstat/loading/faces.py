@@ -6,16 +6,16 @@ with signs, and a traction that is linear in place times an arm is a polynomial 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from blockstat.contact.cells import patches_of
-from blockstat.contact.faces import frames
-from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.contact.faces import frames, grid_of, uncovered
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
+from blockstat.contact.tolerance import allowed_gap
 from blockstat.errors import InputError
 from blockstat.loading.placed import PlacedForces, at_points
 from blockstat.typing import Floats, Ints
@@ -27,15 +27,10 @@ if TYPE_CHECKING:
 ON = 1e-6
 #: A joint lies in a face when their normals differ by less than this cosine says (15 degrees, as joints are found).
 ALONG = float(np.cos(np.deg2rad(15.0)))
-#: A face that leans towards a direction by less than this cosine is parallel to it. A direction of three decimals is
-#: off by up to 0.9e-3, and coordinates to a micrometre turn faces of a centimetre by 1e-4. What is left out along the
-#: direction is less than this share of the load that the face would bear if it looked that way.
-TOWARDS = 1e-3
-#: Of a face less than this share is nothing: coordinates to a micrometre leave strips of it on faces of a centimetre.
-SLIVER = 1e-4
-#: Regions are cut on a grid of about this share of their outline: where edges all but coincide, GEOS may give back all
-#: that it was to take away (locationtech/jts#1000), but not on a grid.
-GRID = 2.0**-44
+#: A face that leans towards a direction by less than this cosine is parallel to it: as much as it may turn where its
+#: corners are off by the gap of a joint. Of coordinates to a millimetre it is half on stones of a foot. What is left
+#: out along the direction is less than this share of the load that the face would bear if it looked that way.
+TOWARDS = GAP
 
 #: Force per area [N/m2] at points of shape (n, 3) with the unit outward normal there, shape (n, 3).
 Traction = Callable[[Floats, Floats], Floats]
@@ -98,7 +93,7 @@ class Face:
         Face
             Of the same block, frame and origin; its region is empty where the two do not meet.
         """
-        part = self.region.intersection(region, grid_size=_grid(self.region))
+        part = self.region.intersection(region, grid_size=grid_of(self.region))
         return Face(self.block, self.frame, self.origin, part)
 
 
@@ -166,46 +161,56 @@ def free_faces(
     Returns
     -------
     list of Face
-        In the order of the faces of the assembly. Strips of less than a share `SLIVER` that joints leave are no face.
+        In the order of the faces of the assembly.
+
+    Notes
+    -----
+    Joints are found between faces that are apart, or warped, by up to a share of the smaller block. So a joint lies in
+    the faces of its blocks that are as near to it, and strips that joints leave of a face are no face where they are no
+    wider.
     """
-    from shapely import MultiPoint, Polygon
+    from shapely import Polygon
 
     interfaces = find_interfaces(assembly) if interfaces is None else interfaces
     wanted = np.isin(assembly.face_block, blocks)
     if towards is not None:
         wanted &= assembly.planes.normal @ (towards / np.linalg.norm(towards)) > TOWARDS
-    joints = _joints(interfaces, blocks)
+    joints = _joints(assembly, interfaces, blocks)
     found = []
     for f in np.flatnonzero(wanted):
         block = int(assembly.face_block[f])
         corners = assembly.vertices[assembly.face_vertices[assembly.face_start[f] : assembly.face_start[f + 1]]]
         frame = frames(assembly.planes.normal[f][None])[0]
         face = Face(block, frame, assembly.planes.centre[f], None)
-        region = Polygon(face.flat(corners))
-        whole, grid = region, _grid(region)
-        for normal, patch, gap in joints.get(block, ()):
-            near = np.abs(face.height(patch)).max() <= gap + ON * assembly.size[block]
-            if normal @ face.normal > ALONG and near:
-                region = region.difference(MultiPoint(face.flat(patch)).convex_hull, grid_size=grid)
-        # What is small and drawn in to nothing is a strip that rounding leaves; a small window is not.
-        if region.area > SLIVER * whole.area or not region.buffer(-SLIVER * whole.length).is_empty:
+        beds = [
+            joint
+            for joint in joints[block]
+            if joint.normal @ face.normal > ALONG and np.abs(face.height(joint.patch)).max() <= joint.reach
+        ]
+        strip = max((joint.reach for joint in beds), default=0.0)
+        region = uncovered(Polygon(face.flat(corners)), [face.flat(joint.patch) for joint in beds], strip)
+        if not region.is_empty:
             found.append(Face(block, frame, face.origin, region))
     return found
 
 
-def _grid(region: Any) -> float:
-    """Width of the grid on which a region is cut, a power of two, on which round numbers lie [m]."""
-    return GRID * 2.0 ** math.frexp(region.length)[1]
+class _Joint(NamedTuple):
+    """A patch of a joint as one of its blocks has it."""
+
+    normal: Floats  #: outward
+    patch: Floats  #: corners, shape (n, 3) [m]
+    reach: float  #: how far it may be from the faces that it lies in [m]
 
 
-def _joints(interfaces: Interfaces, blocks: Ints) -> dict[int, list[tuple[Floats, Floats, float]]]:
-    """Of each block the outward normals, corners [m] and gaps [m] of the patches that cover it."""
-    found: dict[int, list[tuple[Floats, Floats, float]]] = {int(block): [] for block in blocks}
+def _joints(assembly: Assembly, interfaces: Interfaces, blocks: Ints) -> dict[int, list[_Joint]]:
+    """Of each block the patches that cover it."""
+    found: dict[int, list[_Joint]] = {int(block): [] for block in blocks}
+    reach = interfaces.gap + allowed_gap(assembly, GAP)[interfaces.pair].min(axis=1)
     for k in np.flatnonzero((interfaces.area > 0) & np.isin(interfaces.pair, blocks).any(axis=1)):
         for block, sign in zip(interfaces.pair[k].tolist(), (1.0, -1.0), strict=True):
             if block in found:
-                normal = sign * interfaces.frame[k, 0]
-                found[block] += [(normal, patch, float(interfaces.gap[k])) for patch in patches_of(interfaces, int(k))]
+                normal, far = sign * interfaces.frame[k, 0], float(reach[k])
+                found[block] += [_Joint(normal, patch, far) for patch in patches_of(interfaces, int(k))]
     return found
 
 

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.contact.interfaces import Interfaces
+from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.tolerance import allowed_gap
 from blockstat.errors import InputError, check_number, check_positive, known_options
-from blockstat.loading.faces import ON, SLIVER, Face, integrated, selected, up_of
+from blockstat.loading.faces import ON, Face, integrated, selected, up_of
 from blockstat.loading.on_faces import facing
 from blockstat.loading.placed import PlacedForces
 from blockstat.loads import numbers, three
@@ -50,7 +51,7 @@ def fluid_pressure(
         Of the fluid or the earth [N/m3].
     towards : sequence of float, shape (3,)
         Where the loaded faces look: into the fluid. All are loaded but those along it, which lean this way by a cosine
-        of less than 1e-3, as rounding makes them.
+        of less than 0.01, as rounding makes them.
     coefficient : float, optional
         K: 1 for a fluid; of active earth pressure or of that at rest for earth [-].
     surcharge : float, optional
@@ -183,7 +184,7 @@ def fill_load(
     Notes
     -----
     The load is vertical. The fill has no strength and resists nothing. Upright faces, which look up by a cosine of less
-    than 1e-3, as rounding makes them, carry none.
+    than 0.01, as rounding makes them, carry none.
 
     Examples
     --------
@@ -472,12 +473,12 @@ def _check_single(assembly: Assembly, faces: Sequence[Face]) -> None:
     from shapely import STRtree, transform
 
     up = up_of(assembly)
-    plan = _plan(up)
+    plan, allowed = _plan(up), allowed_gap(assembly, GAP)
     shapes = []
     for face in faces:
         whole = transform(face.region, lambda flat, face=face: (face.origin + flat @ face.frame[1:]) @ plan.T)
-        # Drawn in: what meets along a line, or by what rounding makes of it, does not lie above each other.
-        shapes.append(whole.buffer(-SLIVER * whole.length))
+        # Drawn in: what meets along a line, but for the gap of a joint, does not lie above each other.
+        shapes.append(whole.buffer(-allowed[face.block] / 2))
     for i, j in zip(*STRtree(shapes).query(shapes, predicate="intersects"), strict=True):
         if i < j:
             names = " and ".join(f'"{assembly.names[faces[k].block]}"' for k in (i, j))

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.assembly import block_indices
-from blockstat.contact.faces import REGROWTH, flatness, frames, opened, outline_hull
+from blockstat.contact.faces import REGROWTH, flatness, frames, outline_hull, uncovered
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, check_positive, known_options
 from blockstat.geometry.clipping import corners as spanning
@@ -233,15 +233,12 @@ def _free(assembly: Assembly, joints: Interfaces, own: Ints, face: int) -> tuple
     free = shapely.make_valid(shapely.Polygon((corners - centre) @ axes.T))  # warped corners may cross
     least, width = IN_PLANE * free.area, IN_PLANE * float(assembly.size[block])
     covers = _in_face(assembly, joints, own, face)
+    patches = []
     for joint in covers.tolist():
         whole = joints.point[joints.start[joint] : joints.start[joint + 1]]
-        for points in joints.parts.get(joint, [whole]):
-            free = free.difference(shapely.MultiPoint((points - centre) @ axes.T).convex_hull)
-    parts = [part for part in shapely.get_parts(shapely.get_parts(free)) if part.area > least]
-    if len(covers):  # rounding leaves strips along the edges that a joint shares with the face
-        wide = opened(shapely.MultiPolygon(parts), width)
-        parts = [part for part in shapely.get_parts(wide) if part.area > least]
-    parts = shapely.MultiPolygon(parts)
+        patches += [(points - centre) @ axes.T for points in joints.parts.get(joint, [whole])]
+    free = uncovered(free, patches, width)
+    parts = shapely.MultiPolygon([part for part in shapely.get_parts(shapely.get_parts(free)) if part.area > least])
     if parts.is_empty:
         return 0.0, np.empty((0, 3))
     hull = outline_hull(shapely.get_coordinates(parts))
