@@ -26,8 +26,9 @@ INSIDE = 0.1
 #: Of all forces, what may be lacking inside the cones for points to be lifted one by one. Where more is, all are lifted
 #: alike: a start next to the boundary of many cones would hold up the steps.
 LITTLE = 0.05
-#: Of the way to the boundary what a step takes, and the least step after which another is tried.
-STEP, LEAST = 0.95, 0.2
+#: Of the way to the boundary what a step takes, and the least step after which another is tried. From the guess the
+#: steps grow, but for dips: they are given up where one is less than this share of the one before.
+STEP, LEAST, DIP = 0.95, 0.1, 0.5
 #: Points with a slack of many weights move no further for more: forces are compared with this many mean weights.
 SATURATED = 10.0
 MOST = 25  #: factorisations
@@ -105,7 +106,7 @@ class _Search:
     def _walk(self, z: Floats, *, growing: bool) -> tuple[Floats | None, float]:
         """Multipliers in balance, or None, and the share of the last step that stays inside the cones.
 
-        growing : give up as soon as a share is smaller than the one before.
+        growing : give up as soon as a share is much smaller than the one before.
         """
         before = 0.0
         while True:
@@ -113,7 +114,7 @@ class _Search:
             share = STEP * self._kkt.cones.longest_step(z, step)
             if share > STEP:
                 return self._mended(self._further(z + step)), share
-            if share < max(LEAST, before * growing) or self._factorisations >= MOST:
+            if share < max(LEAST, DIP * before * growing) or self._factorisations >= MOST:
                 return None, share
             z, before = z + share * step, share
 
