@@ -44,7 +44,8 @@ def check_ends(stands, falls, word, *, most, width=0.0):
         assert word(falls) != "stable", "it stands"
         return
     scale = max(abs(stands), abs(falls))
-    away = np.sign(falls - stands) * NEAR * max(scale, 1.0)
+    beyond = np.sign(falls - stands) or float(scale == 0)  # a tilt of nothing is told as zero at both ends
+    away = beyond * NEAR * max(scale, 1.0)
     assert away, "both ends are one"
     if stands > abs(away):
         assert word(stands - away) == "stable", "it does not stand"
