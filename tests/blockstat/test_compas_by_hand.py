@@ -79,10 +79,42 @@ def test_a_frame_turns_by_its_axes_although_they_are_neither_unit_nor_square():
     np.testing.assert_allclose(block.vertices, CORNERS @ turn.T + [1, -2, 3], atol=1e-12)
 
 
+@pytest.mark.parametrize("length", [(2, 3), (1e200, 1e-200)])
+def test_a_frame_scales_nothing_however_long_its_axes_are(length):
+    # COMPAS: x and z = x cross y to unit length, y = z cross x. Here these are the axes of the world.
+    data = {"point": [0, 0, 5], "xaxis": [length[0], 0, 0], "yaxis": [0, length[1], 0]}
+    frame = {"dtype": "compas.geometry/Frame", "data": data}
+    elements = {"a": element("a", transformation=frame, is_support=True)}
+    (block,) = compas_parts(model(elements, [{"element": "a"}]), "m").blocks
+    np.testing.assert_allclose(block.vertices, CORNERS + [0, 0, 5], atol=1e-12)
+    own = {"a": element("a", is_support=True)}
+    (block,) = compas_parts(model(own, [{"element": "a"}], transformation=frame), "m").blocks
+    np.testing.assert_allclose(block.vertices, CORNERS + [0, 0, 5], atol=1e-12)
+
+
+@pytest.mark.parametrize(("axes", "words"), [
+    (([1, 2, 0], [-2, -4, 0]), r"has the xaxis \[1.0, .*\] and the yaxis \[-2.0, -4.0, 0.0\], which are parallel"),
+    (([0, 0, 0], [0, 1, 0]), r"has the xaxis \[0.0, 0.0, 0.0\]; an axis must have a length"),
+    (([0, 1, 0], [0, 0, 0]), r"has the yaxis \[0.0, 0.0, 0.0\]; an axis must have a length"),
+])  # fmt: skip
+@pytest.mark.filterwarnings("error")
+def test_axes_that_span_no_plane_are_refused_by_file_and_key(axes, words, tmp_path):
+    data = {"point": [0, 0, 0], "xaxis": axes[0], "yaxis": axes[1]}
+    frame = {"dtype": "compas.geometry/Frame", "data": data}
+    file = tmp_path / "tower.json"
+    given = model({"a": element("stone", transformation=frame, is_support=True)}, [{"element": "a"}])
+    file.write_text(json.dumps(given))
+    words = rf'tower\.json.*element "stone": transformation: a "compas\.geometry/Frame" {words}'
+    with pytest.raises(InputError, match=words):
+        read(file)
+
+
 @pytest.mark.parametrize("given", [
     {"matrix": np.full((4, 4), np.nan).tolist()}, {"matrix": np.eye(3).tolist()}, {"matrix": "abc"},
     {"point": [0, 0, 0]},
     {"point": [0, 0], "xaxis": [1, 0, 0], "yaxis": [0, 1, 0]},
+    {"point": [0, 0], "xaxis": [1, 0], "yaxis": [0, 1]},
+    {"point": [0, 0, 0], "xaxis": [np.nan] * 3, "yaxis": [0, 1, 0]},
 ])  # fmt: skip
 def test_what_is_neither_a_matrix_nor_a_frame_is_named(given):
     elements = {"a": element("stone", transformation={"dtype": "x/Y", "data": given}, is_support=True)}

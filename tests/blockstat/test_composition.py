@@ -152,6 +152,17 @@ def test_repeats_multiply_and_turn():
     assert found == {(x, y) for x in (5.0, 6.0, 7.0) for y in (0.0, 2.0)}
 
 
+@pytest.mark.parametrize("keys", [
+    {"kind": "sail", "spans": [4, 4], "rise": 0.5, "thickness": 0.2, "courses": 4, "voussoirs": 2},
+    {"kind": "freeform", "height": "2 - y ** 2 / 4", "x": [-1, 1], "y": [-2, 2], "thickness": 0.2, "courses": 4,
+     "voussoirs": 2},
+])  # fmt: skip
+def test_an_edge_that_a_vault_is_supported_at_twice_is_named_with_its_element_and_key(keys):
+    told = "elements.e: supports: the edge 'south' is given twice; give each of south, north, west, east once"
+    twice = {**keys, "springers": 0.4, "supports": ["south", "south"]}
+    assert refused({"name": "vault", "elements": {"e": twice}}) == told
+
+
 def test_supports_are_the_ground_or_groups():
     ring = {"kind": "arch", "span": 2, "thickness": 0.3, "depth": 1, "voussoirs": 9, "springers": 0.4}
     assembly = build(scene_from({"name": "ring", "elements": {"a": ring}, "supports": ["a.springer"]}))

@@ -101,6 +101,11 @@ def test_stages_are_kept_when_a_scene_is_written(gate):
             "stages.0.put: unknown key; keys here are: name, place, c",
         ),
         ('place = ["ring"]\n', "", r'stages.0 \("ring"\): block ".*" is on a centring, but not put in yet'),
+        (
+            'name = "decentring"',
+            'name = "ring"',
+            'stages.1.name: stages.0 is named "ring", too; each stage needs a name of',
+        ),
         ('name = "decentring"', 'name = "again"\nplace = ["ring"]', 'stands since stage "ring"'),
     ],
 )
@@ -122,6 +127,12 @@ RANDOM = '\n[uncertain.{}]\nkind = "normal"\nmean = 0.6\ndeviation = 0.1\n'
             r"stages.\d.plase: unknown key; keys here are: name, ",
         ),
         ('\n[[stages]]\nname = "more"\nplace = ["rnig"]\n', r'stages.\d \("more"\): no group "rnig"; groups are: '),
+        (
+            '\n[[stages]]\nname = "more"\n' * 2,
+            r'stages.\d.name: stages.\d is named "more", too; each stage needs a name of its own',
+        ),
+        ('\n[[stages]]\nname = ""\n', r'stages.\d.name: it is ""; a stage needs a name'),
+        ('\n[[stages]]\nname = " "\n', r'stages.\d.name: it is " "; a stage needs a name'),
         (RANDOM.format("frction"), r"line \d+: uncertain.frction: unknown key; keys here are: friction, edge"),
         (RANDOM.format("density"), "uncertain.density: unknown key; keys here are: friction, edge"),
         (RANDOM.format("density.rnig"), 'uncertain.density.rnig: no group "rnig"; groups are: '),

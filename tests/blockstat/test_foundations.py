@@ -256,6 +256,20 @@ def test_the_command_settles_draws_and_explains(tmp_path):
     assert "--move is" in run(file, "--move", "right").stderr
 
 
+@pytest.mark.parametrize("start", ["-0.2", "-.2", "+-.2", "-.x"])
+def test_a_box_begins_with_a_number_however_it_is_written(start, tmp_path, run_command):
+    from blockstat.cli.commands import app
+
+    file = write(beam(), tmp_path / "beam.json")
+    status, out, error = run_command(app, "blockstat", "settle", file, "--move", f"{start},-1,-1,1,2,1:0,0,-.01")
+    if start in ("-0.2", "-.2"):
+        # The lintel turns about the inner edge of the other pier: 10 mm x 0.5 m / 2.5 m.
+        assert (status, "right and lintel: 2 mm" in out) == (0, True), error
+    else:
+        assert status == 2
+        assert f'no block "{start},-1,-1,1,2,1"' in error.replace("\n", " ")
+
+
 def test_the_picture_goes_into_axes_too():
     from matplotlib.figure import Figure
 

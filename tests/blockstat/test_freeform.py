@@ -90,6 +90,10 @@ def test_a_waving_barrel_stands_when_thick(thickness, outcome):
         ({"thickness": 0.0}, "thickness must be above 0"),
         ({"thickness": [[0.1, 0.2]]}, r"thickness has shape \(1, 2\)"),
         ({"thickness": 20.0}, "thickness: joints cross near"),
+        (
+            {"supports": ["south", "north", "south"]},
+            "supports: the edge 'south' is given twice; give each of south, north, west, east once",
+        ),
         ({"supports": ["up"]}, "supports: no edge 'up'; edges are: south, north, west, east"),
         ({"bond": "english"}, "bond is 'english'"),
         ({"springers": -1.0}, "springers is -1.0"),

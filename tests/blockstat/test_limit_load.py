@@ -3,14 +3,61 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from blockstat import Assembly, Imperfections, LoadOutcome, box, limit_load
+from blockstat import (
+    Assembly,
+    Imperfections,
+    LoadOutcome,
+    box,
+    limit_load,
+    limit_load_by_direction,
+    linear_check,
+)
 from blockstat.analysis import coulomb
 from blockstat.analysis import limit_load as module
+from blockstat.certificate.bracket import without_rounding
 from blockstat.solve.answer import Status
 from evidence.hard import ties
 from evidence.scenes.small import stack
+
+GROUND = box((-2, -2, -1), (3, 5, 0), name="ground")
+#: A block whose centroid is above the edge of the one below, and one that nothing keeps from sliding.
+LEANING = [GROUND, box((0, 0, 0), (0.5, 3, 1), name="low"), box((0.25, 0, 1), (0.75, 3, 2), name="high")]
+SMOOTH = [GROUND, box((0, 0, 0), (0.5, 3, 1), name="low")]
+
+
+@pytest.mark.parametrize("flow", ["associated", "coulomb"])
+@pytest.mark.parametrize(("blocks", "friction"), [(LEANING, 0.7), (SMOOTH, 0.0)], ids=["leaning", "smooth"])
+def test_a_limit_of_nothing_is_zero_wherever_it_is_told(blocks, friction, flow):
+    assembly = Assembly.from_blocks(blocks, supports=["ground"], friction=friction)
+    found = limit_load(assembly, (1, 0, 0), flow=flow)
+    assert (found.outcome, found.lower, found.upper, found.gap) == (LoadOutcome.LIMIT, 0.0, 0.0, 0.0)
+    assert "\n0 <= multiplier <= 0\n" in found.explain()
+    told = found.summary()
+    assert (told["lower"], told["upper"]) == (0.0, 0.0)
+    if flow == "coulomb":
+        assert (told["coulomb_lower"], told["coulomb_upper"], told["coulomb_least"]) == (0.0, 0.0, 0.0)
+    check = linear_check(found, (1, 0, 0))
+    assert (check.alpha0, check.acceleration, check.ag_life) == (0.0, 0.0, 0.0)
+    assert "alpha0 = 0, " in check.explain()
+
+
+def test_the_least_limit_of_all_directions_is_zero_where_one_is():
+    found = limit_load_by_direction(Assembly.from_blocks(LEANING, supports=["ground"]), 4)
+    assert "Least: 0 towards +x." in found.explain()
+    assert found.horizon == (0.0, 0.0)
+    # Both blocks together turn about x = 0: their centroid is at x = 0.375, z = 1.
+    assert found.upper[found.names.index("-x")] == pytest.approx(0.375, rel=1e-6)
+    smooth = limit_load_by_direction(Assembly.from_blocks(SMOOTH, supports=["ground"], friction=0.0), 4)
+    assert (smooth.horizon, smooth.upper.tolist()) == ((0.0, 0.0), [0.0] * 4)
+
+
+def test_what_is_little_for_a_building_is_not_nothing_for_a_stone():
+    dead = np.array([*[0, 0, -1e12, 0, 0, 0], *[0, 0, -1, 0, 0, 0]], dtype=float)
+    load = np.array([*[0] * 6, *[0.5, 0, 0, 0, 0, 0]])
+    assert without_rounding(load, dead, 0.5, 1e-8, 1e-9, -1e-9, -np.inf) == [0.5, 1e-8, 0.0, 0.0, -np.inf]
 
 
 @pytest.mark.parametrize("cheap", [True, False], ids=["narrowed by verdicts", "undecided"])

@@ -542,3 +542,25 @@ def test_a_lintel_whose_corner_has_come_to_the_rim_of_the_pier_that_leaves_is_no
     path = on_two_edges((1, 0, -1), turned, origin=(5e5, 4.6e6, 120))
     across = (np.sqrt(3.4**2 + 8 * (1.9**2 - 1.7**2)) - 3.4) / 4
     assert path.collapse == pytest.approx(across * np.sqrt(2), rel=1e-4)
+
+
+def test_the_reaction_at_the_end_is_the_last_that_the_arch_has_before_it_falls():
+    # As a survey writes it, an arch is turned, far from the origin, and rounded to 0.1 mm. It falls into a pose that
+    # forces balance at that very movement, pulling its support; it stands in none.
+    blocks = arch(span=1.85, thickness=0.15, depth=0.5, voussoirs=10, springers=0.3)
+    ring = assemble(blocks, friction=0.7)
+    clean = settle_to_collapse(ring, {"springer.right": (1, 0, 0)})
+    turn = Rotation.from_euler("z", 143.1, degrees=True)
+    surveyed = [
+        replace(block, vertices=np.round(turn.apply(block.vertices) + [452000.3, 5021000.7, 130.2], 4))
+        for block in blocks
+    ]
+    rough = Assembly.from_blocks(surveyed, supports=["springer.left", "springer.right"], friction=0.7)
+    found = settle_to_collapse(rough, {"springer.right": turn.apply((1, 0, 0)).tolist()}, displacement=0.2)
+    assert found.outcome is PathOutcome.COLLAPSE
+    # The thrust of an arch on spreading supports grows until it falls.
+    assert (np.diff(found.reaction) > 0).all()
+    assert found.reaction[-1] == pytest.approx(clean.reaction[-1], rel=1e-3)
+    assert [width for _, width in found.cracks()] == pytest.approx([w for _, w in clean.cracks()], rel=0.02)
+    assert [event.after for event in found.events] == [None]
+    assert len(found.poses) == len(found.displacement) == len(found.openings)

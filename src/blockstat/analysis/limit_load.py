@@ -21,7 +21,7 @@ from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, po
 from blockstat.analysis.reserve import limit_warning
 from blockstat.analysis.rims import gap_warnings, judged_with_rims, overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, fastest_first, first_words, joint_counts, moving_joints, unit_motion
-from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, in_units, is_closed
+from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, in_units, is_closed, without_rounding
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.imperfection.imperfections import Imperfections
@@ -243,8 +243,9 @@ def limit_load(
         "associated" or "coulomb".
     tolerance
         Largest width of the bracket, relative to its upper end, with the outcome "limit"; widths below 2e-9 of a load
-        as strong as the weight count as none. Above 500 unknowns the solve ends as soon as the bracket is so narrow.
-        Where one solver leaves it wider, the other is asked. A tolerance below 1e-5 asks for the optimum.
+        as strong as the weight count as none, and an end is zero that adds to each block less than 2e-9 of what acts on
+        it. Above 500 unknowns the solve ends as soon as the bracket is so narrow. Where one solver leaves it wider, the
+        other is asked. A tolerance below 1e-5 asks for the optimum.
     imperfections
         Bracket the worst case of these (see `blockstat.Imperfections`), exactly. Its assembly and joints are those of
         the result.
@@ -374,21 +375,21 @@ def _beyond_doubt(problem: Problem, found: LimitLoad, again: Callable[..., Limit
 def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float, **how: Any) -> Found:
     """What is found, with the iterations of the dead load."""
     program, eq = problem.program, problem.eq
-    falls, unknown = (LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf), (LoadOutcome.UNDECIDED, np.inf)
+    falls, unknown = (LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf, -np.inf), (LoadOutcome.UNDECIDED, -np.inf, np.inf)
     if program is None or len(problem.floating):
         # Where the loads of what floats balance each other, nothing moves it, and nothing holds it.
-        word, upper = falls if free_fall(problem).any() else unknown
-        return word, -np.inf, upper, np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks), 0
+        known = falls if free_fall(problem).any() else unknown
+        return *known, np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks), 0
     options = {"solver": solver, "motions": problem.motions}
     dead = decide(program, solve_penalty(program, **options, stands=True), **options)
     outcome = outcome_of(dead.certificate)
     if outcome is not Outcome.STABLE:
-        word, upper = falls if outcome is Outcome.UNSTABLE else unknown
-        return word, -np.inf, upper, dead.force, dead.twist, dead.iterations
+        return *(falls if outcome is Outcome.UNSTABLE else unknown), dead.force, dead.twist, dead.iterations
     found = bracket(problem, dead.force, direction, solver, tolerance, **how)
     if found[0] is LoadOutcome.UNDECIDED and len(program.load) <= CHEAP:
         found = _by_verdicts(problem.scaled(direction), program, dead.force, found, tolerance, options)
-    return *found[:-1], found[-1] + dead.iterations
+    lower, upper = without_rounding(problem.scaled(direction), program.load, found[1], found[2])
+    return found[0], lower, upper, found[3] if lower else dead.force, found[4], found[5] + dead.iterations
 
 
 def _by_verdicts(

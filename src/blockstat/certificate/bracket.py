@@ -48,6 +48,30 @@ def is_closed(lower: float, upper: float, tolerance: float) -> bool:
     return bool(np.isfinite(upper)) and upper - lower <= max(tolerance * abs(upper), ROUNDING)
 
 
+def without_rounding(load: Floats, dead: Floats, *multipliers: float) -> list[float]:
+    """Return multipliers, zero where they are rounding of it.
+
+    Parameters
+    ----------
+    load
+        What is multiplied, shape (6 n,).
+    dead
+        What acts on the blocks besides, shape (6 n,).
+    *multipliers
+        Ends of a bracket.
+
+    Returns
+    -------
+    list of float
+        Zero for each that adds no more than `ROUNDING` to what acts on any block, however light it is: no proof tells
+        that from nothing.
+    """
+    added, own = (np.linalg.norm(wrench.reshape(-1, 6), axis=1) for wrench in (load, dead))
+    loaded = added > 0
+    none = ROUNDING * float((own[loaded] / added[loaded]).min(initial=np.inf))
+    return [0.0 if abs(multiplier) <= none and np.isfinite(multiplier) else multiplier for multiplier in multipliers]
+
+
 def in_units(progress: Progress | None, unit: float) -> Progress | None:
     """Return what is told of a bracket with its ends in other units.
 

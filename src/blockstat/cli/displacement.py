@@ -332,5 +332,5 @@ def _move(text: str) -> tuple[Any, list[float]]:
         raise InputError(f'--move is "{text}"; it must read {FORM}')
     moved = lengths(displacement, 3, "--move", FORM, given=text)
     # Six lengths are a box, and what begins with no number is a name, which may have commas.
-    box = "," in where and re.match(r"\s*[-+.]?\d", where)
+    box = "," in where and re.match(r"\s*[-+]?\.?\d", where)
     return (tuple(lengths(where, 6, "--move", FORM, given=text)) if box else where), moved

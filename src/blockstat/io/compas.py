@@ -47,6 +47,7 @@ MESH = "compas.datastructures/Mesh"
 HELD = {ASSEMBLY: {"graph"}, MODEL: {"elements", "tree", "graph"}, MESH: {"vertex", "face"}}
 CELLS = "cell"  #: what a cell network holds beside what a mesh does
 EXACT = 1e-9  #: the last row of a matrix may be off by this, as inverses of COMPAS are
+PARALLEL = 1e-9  #: axes of a frame span no plane when the sine of their angle is at most this; rounding leaves 1e-16
 
 
 class _Object(msgspec.Struct):
@@ -314,21 +315,41 @@ def _matrix(found: _Object | None, label: str) -> Floats:
     """The 4 by 4 matrix of a transformation (any class: all store `matrix`) or of a frame."""
     if found is None:
         return np.eye(4)
+    rows = ["matrix"] if "matrix" in found.data else ["point", "xaxis", "yaxis"]
     try:
-        if "matrix" in found.data:
-            matrix = np.array(found.data["matrix"], dtype=float)
-        else:
-            point, x, y = (np.array(found.data[key], dtype=float) for key in ("point", "xaxis", "yaxis"))
-            z = np.cross(x, y)
-            matrix = np.eye(4)
-            matrix[:3] = np.column_stack([x, np.cross(z / np.linalg.norm(z), x), z / np.linalg.norm(z), point])
+        given = np.array([found.data[key] for key in rows], dtype=float)
     except (KeyError, TypeError, ValueError, OverflowError):
-        matrix = np.empty(0)
+        given = np.empty(0)
+    if given.shape == (3, 3) and np.isfinite(given).all():
+        matrix = np.eye(4)
+        matrix[:3, :3] = _frame_axes(given[1], given[2], f'{label}: transformation: a "{found.dtype}"')
+        matrix[:3, 3] = given[0]
+    else:
+        matrix = given[0] if len(given) else given
     if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
         raise InputError(f'{label}: a "{found.dtype}" is neither a 4 by 4 matrix nor a frame')
     if not np.allclose(matrix[3], (0, 0, 0, 1), rtol=0, atol=EXACT):
         raise InputError(f'{label}: the last row of a "{found.dtype}" is {matrix[3].tolist()}; it must be 0, 0, 0, 1')
     return matrix
+
+
+def _frame_axes(x: Floats, y: Floats, label: str) -> Floats:
+    """The unit axes x, y and z of a frame as columns: as when COMPAS reads it, z = x cross y and y = z cross x."""
+    units: list[Floats] = []
+    for key, given in (("xaxis", x), ("yaxis", y)):
+        if not given.any():
+            raise InputError(f"{label} has the {key} {given.tolist()}; an axis must have a length")
+        large = given / np.abs(given).max()  # so that no square is out of range
+        units.append(large / np.linalg.norm(large))
+    normal: Floats = np.cross(units[0], units[1])
+    sine = float(np.linalg.norm(normal))
+    if sine <= PARALLEL:
+        text = f"has the xaxis {x.tolist()} and the yaxis {y.tolist()}, which are parallel"
+        raise InputError(f"{label} {text}; they must span a plane")
+    axes = np.empty((3, 3))
+    axes[:, 0], axes[:, 2] = units[0], normal / sine
+    axes[:, 1] = np.cross(axes[:, 2], axes[:, 0])
+    return axes
 
 
 def _name(element: _Object) -> str:

@@ -106,7 +106,7 @@ def stages_from(tables: Iterable[Any]) -> tuple[Stage, ...]:
     Raises
     ------
     InputError
-        With the path of a bad or unknown key.
+        With the path of a bad or unknown key, of a name that is empty, and of one that an earlier stage has.
 
     Examples
     --------
@@ -118,7 +118,17 @@ def stages_from(tables: Iterable[Any]) -> tuple[Stage, ...]:
     tables = list(tables)
     if wrong := [text for k, table in enumerate(tables) for text in faults(Stage, table, f"stages.{k}")]:
         raise InputError(*wrong)
-    return tuple(msgspec.convert(table, Stage) for table in tables)
+    stages = tuple(msgspec.convert(table, Stage) for table in tables)
+    first: dict[str, int] = {}  # results tell stages by their names
+    for k, stage in enumerate(stages):
+        if not stage.name.strip():
+            wrong.append(f'stages.{k}.name: it is "{stage.name}"; a stage needs a name')
+        elif first.setdefault(stage.name, k) < k:
+            earlier = f"stages.{first[stage.name]}"
+            wrong.append(f'stages.{k}.name: {earlier} is named "{stage.name}", too; each stage needs a name of its own')
+    if wrong:
+        raise InputError(*wrong)
+    return stages
 
 
 def is_random_key(key: str) -> bool:

@@ -345,6 +345,7 @@ def _followed(
     """All states and events and how the path ends, or what was found of it when it was interrupted."""
     states: list[PathState] = []
     events: list[PathEvent] = []
+    before: list[int] = []  # states before each event
     outcome = PathOutcome.INTERRUPTED
     try:
         first = follower.solver.first(linkage, pose, motion)
@@ -355,12 +356,31 @@ def _followed(
                     progress(item.point.parameter, item.point.value)
             elif isinstance(item, PathEvent):
                 events.append(item)
+                before.append(len(states))
             elif not isinstance(item, FallenBlocks):
                 outcome = PathOutcome.LOST if item is PathEnd.LOCKED else PathOutcome[item.name]
     except KeyboardInterrupt:
         if not states:
             raise
+    if outcome is PathOutcome.COLLAPSE:
+        states, events = _before_the_fall(states, events, before, follower.tolerance * follower.step)
     return states, events, outcome
+
+
+def _before_the_fall(
+    states: list[PathState], events: list[PathEvent], before: list[int], near: float
+) -> tuple[list[PathState], list[PathEvent]]:
+    """The path without what the blocks pass as they fall: where a jump lands, and no movement of the supports follows.
+
+    Forces may balance a pose in which blocks that fall meet, and none do as soon as the supports move on. That pose is
+    no state in which the assembly stands, and its forces are not those that it fell at.
+    """
+    end = states[-1].point.parameter
+    falls = [k for k, event in enumerate(events) if event.kind == "jump" and end - event.parameter <= near]
+    if not falls or not before[falls[0]]:
+        return states, events
+    first = falls[0]
+    return states[: before[first]], [*events[:first], replace(events[first], after=None)]
 
 
 def _openings(states: Sequence[PathState], n_interfaces: int) -> Floats:

@@ -100,7 +100,8 @@ def freeform(
     Raises
     ------
     InputError
-        For points without a normal, and where the vault is thicker than its surface is curved.
+        For points without a normal, where the vault is thicker than its surface is curved, and for an edge that is not
+        known or given twice.
 
     Examples
     --------
@@ -168,6 +169,8 @@ def _checked(points: Any, supports: Sequence[str], bond: str) -> Floats:
     for edge in supports:
         if edge not in EDGES:
             raise InputError(f"supports: no edge {edge!r}; edges are: {', '.join(EDGES)}")
+        if list(supports).count(edge) > 1:
+            raise InputError(f"supports: the edge {edge!r} is given twice; give each of {', '.join(EDGES)} once")
     return points
 
 
