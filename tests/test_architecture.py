@@ -24,7 +24,7 @@ ORDER = """
     blockstat.model.vaults blockstat.model.buttresses blockstat.model blockstat.spec
     blockstat.geometry_repair blockstat.linear_algebra blockstat.program blockstat.certificate blockstat.solve
     blockstat.analysis blockstat.compas blockstat.sensitivity blockstat.proof blockstat.chance
-    blockstat.large_displacement.displaced blockstat.large_displacement.statics
+    blockstat.large_displacement.displaced blockstat.large_displacement.overlap blockstat.large_displacement.statics
     blockstat.large_displacement.linkage blockstat.large_displacement.finite_steps
     blockstat.large_displacement blockstat.studies blockstat.reinforcement blockstat.traffic
     blockstat.code_check blockstat.sequence blockstat.design_search blockstat.view

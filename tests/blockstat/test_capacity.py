@@ -208,3 +208,22 @@ def test_the_live_loads_of_a_case_go_with_their_points(tmp_path):
     known = capacity(block, [("block", (0, 0.5, 2), (9810, 0, 0))], control="block")
     there = np.linspace(0, 0.9 * known.displacement[-1], 10)
     np.testing.assert_allclose([placed.at(one) for one in there], [known.at(one) for one in there], rtol=1e-9)
+
+
+def test_blocks_that_a_curve_ends_with_fall_out_where_it_ends():
+    """Two blocks on each other that lean over an edge beside a support fall out where nothing is carried any more.
+
+    What is told of them is where they begin to fall, and not where they were when they had fallen by half their size.
+    """
+    blocks = [
+        box((-1, -1, -1), (2, 2, 0), name="ground"),
+        box((0, 0, 0), (0.3, 1, 1.5), name="a"),
+        box((0, 0, 1.5), (0.3, 1, 3), name="b"),
+        box((0.3, 0, 2.9), (1, 1, 3.2), name="stop"),
+    ]
+    scene = Assembly.from_blocks(blocks, supports=["ground", "stop"], friction=0.7)
+    curve = capacity(scene, (1, 0, 0), control="a")
+    end = curve.displacement[-1]
+    assert curve.outcome.word == "collapse"
+    assert [fallen.parameter for fallen in curve.fallen] == [pytest.approx(end, rel=1e-2)]
+    assert f'"a", "b": fallen out at {end:.4g} m' in curve.warnings[-1]

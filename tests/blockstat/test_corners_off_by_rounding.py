@@ -206,3 +206,25 @@ def test_a_wall_that_slides_in_its_plane_is_followed_to_zero_once_it_is_repaired
     assert curve.outcome.word == "zero"
     assert any("finite steps" in warning for warning in curve.warnings)
     assert curve.lower[0] == pytest.approx(capacity(scene, (1, 0, 0)).lower[0], rel=2 * 2 * size / 0.125)
+
+
+def test_finite_steps_that_begin_below_the_limit_load_are_told_of():
+    """An arch whose corners are off by a tenth of a millimetre carries what the limit load at rest says.
+
+    The limit load of plane joints is .4879. A curve that is at less than half of it a little way from rest has lost it
+    by the corners alone, and says so.
+    """
+    scene = assemble(arch(span=2, thickness=0.4, depth=0.5, voussoirs=7, springers=0.3), friction=0.7)
+    random = np.random.default_rng(1)
+    random.normal(0, 1e-4, scene.vertices.shape)
+    blocks = []
+    for k, name in enumerate(scene.names):
+        corners = scene.block_vertices(k)
+        blocks.append(Block(corners + random.normal(0, 1e-4, corners.shape), scene.faces_of(k), name=name))
+    supports = [name for name in scene.names if "springer" in name]
+    curve = capacity(
+        Assembly.from_blocks(blocks, supports=supports, friction=0.7), (1, 0, 0), control="mean", displacement=2e-4
+    )
+    assert curve.lower[0] == pytest.approx(0.4879, rel=1e-3)
+    told = [warning for warning in curve.warnings if "the finite steps begin near rest at" in warning]
+    assert bool(told) == bool((curve.lower < 0.48).any())

@@ -9,12 +9,12 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Block, JointLaw, capacity, find_interfaces, settle_to_collapse
 from blockstat.large_displacement.displaced.contact_pairs import edge_crossings, gaps, pair_points, pairs_at_rest
-from blockstat.large_displacement.displaced.face_overlap import overlap_points, with_overlap_points
 from blockstat.large_displacement.displaced.loads import read_loads
 from blockstat.large_displacement.displaced.pose import Pose, displaced_points
 from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.large_displacement.finite_steps.contact_projection import projected_onto_zero_gap
 from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.overlap.face_overlap import overlap_points, with_overlap_points
 from evidence.scenes.small import assembly, box, prism
 
 

@@ -1,7 +1,8 @@
 """Beyond the first motion: load multiplier against displacement, with a bracket at each step.
 
-The rooms below it, from the ground up: `displaced` says where blocks and contact points are, `statics` does limit
-analysis there, `linkage` follows a mechanism exactly, and `finite_steps` follows what is no linkage.
+The rooms below it, from the ground up: `displaced` says where blocks and contact points are, `overlap` where joints
+touch that have slid, `statics` does limit analysis there, `linkage` follows a mechanism exactly, and `finite_steps`
+follows what is no linkage.
 
 The words of these rooms:
 

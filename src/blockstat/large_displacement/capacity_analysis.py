@@ -13,6 +13,7 @@ from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
 from blockstat.analysis.verdict import unit_motion
 from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.tolerance import ROUNDING
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome, CapacityPoint
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
@@ -28,7 +29,7 @@ from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.parts import part_that_moves_control
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState
-from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.linkage.state_solver import A_LITTLE_WAY, StateSolver
 from blockstat.large_displacement.mechanism_finder import MechanismFinder
 from blockstat.large_displacement.self_stress import (
     carried_below_the_beginning,
@@ -55,6 +56,9 @@ STRAIGHT = 0.25
 #: block that a load lifts.
 FAR = 2.0
 FAR_AWAY = "no displacement was asked for: the curve ends twice the extent of the assembly away, and not at zero"
+#: Finite steps begin at the limit load when they begin no lower than by this, relative to it. Chosen: what corners that
+#: miss planes may take from it where their distance is small beside the blocks.
+SAME_BEGINNING = 1e-2
 #: Blocks that a warning names at most. Chosen.
 MOST_NAMES = 5
 #: What is told of a curve while it is followed.
@@ -386,7 +390,24 @@ def _warnings(record: _Record, limit: LimitLoad, structure: Structure, told: Seq
             f"at {unproven} of {len(record.states)} points the forces balance to the solver's tolerance only"
         )
     warnings += warnings_on_accuracy(record.states, structure)
+    warnings += _begins_too_low(record, limit, structure)
+    end = record.points[-1].displacement  # what falls beyond it began to fall there
     for item in record.fallen:
-        names = ", ".join(f'"{assembly.names[block]}"' for block in item.blocks)
-        warnings.append(f"{names}: fallen out at {item.parameter:.4g} m and left out from there on")
+        names, where = ", ".join(f'"{assembly.names[block]}"' for block in item.blocks), min(item.parameter, end)
+        warnings.append(f"{names}: fallen out at {where:.4g} m and left out from there on")
     return tuple(warnings)
+
+
+def _begins_too_low(record: _Record, limit: LimitLoad, structure: Structure) -> list[str]:
+    """What is told of finite steps that begin near rest below the limit load, with corners that miss planes."""
+    drawn, near = structure.outlines.drawn, A_LITTLE_WAY * float(free_sizes(structure.assembly).max())
+    stepped = (k for k, state in enumerate(record.states) if state.residual_gap is not None)
+    first = record.points[next(stepped, 0)]
+    low = first.lower < (1.0 - SAME_BEGINNING) * limit.lower
+    if drawn.tilt <= ROUNDING or not low or record.states[-1].residual_gap is None or first.displacement > near:
+        return []
+    return [
+        f"the finite steps begin near rest at {first.lower:.4g}, and the limit load at rest is {limit.lower:.4g}. "
+        f"Faces of joints miss planes by up to {1e3 * drawn.distance:.2g} mm, and that alone may take the difference: "
+        "use no such curve before `repair` has brought the faces of neighbours into common planes"
+    ]

@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from blockstat.contact.faces import outline_hull
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
@@ -174,6 +173,8 @@ def _bearing(linkage: Linkage, joint: int, motion: Floats) -> float:
         return np.inf
     along = slip / float(np.linalg.norm(slip))
     _, corner = linkage.structure.outlines.of(np.array([joint]))
+    if not len(corner):
+        return np.inf
     across = np.cross(normal, along)
     place = corner @ np.stack([along, across], axis=1)  # (polygons, sides, corners, 2)
     touch, bearing = CORNER_TOLERANCE * float(free_sizes(assembly).max()), 0.0
@@ -182,7 +183,7 @@ def _bearing(linkage: Linkage, joint: int, motion: Floats) -> float:
         slips = (one[:, None] - two).reshape(-1, 2)
         (low, left), (high, right) = slips.min(axis=0), slips.max(axis=0)
         line = shapely.LineString([(low, 0.0), (high, 0.0)])
-        far = float(shapely.intersection(shapely.Polygon(outline_hull(slips)), line).bounds[2])
+        far = float(shapely.intersection(shapely.MultiPoint(slips).convex_hull, line).bounds[2])
         if min(-left, right) > touch + STICKING_SPEED * far:
             bearing = max(bearing, far)
     return bearing

@@ -314,9 +314,10 @@ def rejoined(assembly: Assembly, contacts: ContactPairs, rows: Ints, pose: Pose,
     -------
     ContactPairs
         Where only one block has a corner, its point stays and the other block takes the same place for its point.
-        Where both or neither have one, both take the middle.
+        Where both have one, both take the middle, and where edges cross, the place where they do.
     """
-    points = pair_points(assembly, contacts, pose, parameter)[rows]
+    points = pair_points(assembly, contacts, pose, parameter)
+    points = edge_crossings(contacts, pose, points)[0][rows]
     own = contacts.corner[rows]
     meeting = np.where(own[:, :1] & ~own[:, 1:], points[:, 0], np.where(own[:, 1:] & ~own[:, :1], points[:, 1], 0.0))
     alike = own[:, 0] == own[:, 1]

@@ -1,4 +1,8 @@
-"""The faces of joints at rest as convex polygons: several where the faces of a block do not fill their hull."""
+"""The faces of joints at rest as convex polygons: several where the faces of a block do not fill their hull.
+
+A joint of an edge or a corner has faces on one side only. On the other its outline is the edge, from end to end and not
+only where it touches, or the corner: a polygon of two points, or of one. Where edges cross there is one on both sides.
+"""
 
 from __future__ import annotations
 
@@ -26,6 +30,10 @@ SAME_FACE_DISTANCE = 1e-3
 #: Joints whose faces are warped, or tilted against each other, by more than this are meant so [rad]. Chosen: the tilt
 #: up to which faces belong to a joint.
 LARGEST_TILT = SAME_FACE_SINE
+#: A point of a joint lies on the faces, or on an edge, of a block when it is no further from them than this, beside the
+#: joint's gap at rest. Relative to the block's size, and for a support to that of the block on it. Chosen: far above
+#: the rounding of coordinates, and far below the distance of parallel edges of a block.
+ON_FEATURE = 1e-5
 #: Edges of a joint are drawn parallel when the sine of their angle is below this. Chosen: faces of voussoirs and of
 #: domes taper by more where they are meant to.
 PARALLEL_EDGES = 0.01
@@ -115,7 +123,7 @@ class FaceOutlines:
 
     def __init__(self, assembly: Assembly, interfaces: Interfaces) -> None:
         self._assembly, self._interfaces = assembly, interfaces
-        self._found: dict[int, list[tuple[Floats, Floats]]] = {}
+        self._found: dict[int, tuple[list[Floats], list[Floats]]] = {}
 
     def of(self, joints: Ints) -> tuple[Ints, Floats]:
         """Return the corners of the faces of joints at rest: each polygon of block a with each one of block b.
@@ -132,12 +140,9 @@ class FaceOutlines:
             block fill their convex hull.
         corner : Floats
             Shape (n, 2, w, 3) [m]: of each polygon, counter-clockwise seen against the joint's normal. One with fewer
-            than w corners repeats its last one.
+            than w corners repeats its last one; so do edges, which have two, and corners of blocks, which have one.
         """
-        for joint in map(int, joints):
-            if joint not in self._found:
-                self._found[joint] = list(product(self._polygons(joint, 0), self._polygons(joint, 1)))
-        rows = [(k, pair) for k, joint in enumerate(joints) for pair in self._found[int(joint)]]
+        rows = [(k, pair) for k, joint in enumerate(map(int, joints)) for pair in product(*self.sides(joint))]
         outlines = [pair for _, pair in rows]
         width = max((len(outline) for pair in outlines for outline in pair), default=0)
         corner = np.empty((len(outlines), 2, width, 3))
@@ -146,6 +151,25 @@ class FaceOutlines:
                 corner[k, side, : len(outline)] = outline
                 corner[k, side, len(outline) :] = outline[-1]
         return np.array([k for k, _ in rows], dtype=np.int64), corner
+
+    def sides(self, joint: int) -> tuple[list[Floats], list[Floats]]:
+        """Return the outlines of the two sides of a joint at rest.
+
+        Parameters
+        ----------
+        joint
+            Number of the joint.
+
+        Returns
+        -------
+        tuple of two lists
+            Of block a and of block b: convex polygons, each of shape (n, 3) [m]; of an edge its two ends, of a corner
+            the corner. Empty where what touches is not found.
+        """
+        if joint not in self._found:
+            own = self._polygons if self._interfaces.area[joint] > 0 else self._feature
+            self._found[joint] = (own(joint, 0), own(joint, 1))
+        return self._found[joint]
 
     @property
     def flaw(self) -> Flaw:
@@ -168,6 +192,31 @@ class FaceOutlines:
         largest, mean = each.max(axis=0, initial=0.0), np.sqrt((each**2).sum(axis=0) / max(len(each), 1))
         return Flaw(*map(float, (*largest, *mean)))
 
+    def _feature(self, joint: int, side: int) -> list[Floats]:
+        """What of one block touches in a joint without area: the faces on which the points lie, or an edge or a corner.
+
+        Faces of the block in the same plane elsewhere are not what touches: a beam with a flat foot may have a sharp
+        one, too.
+        """
+        import shapely
+
+        interfaces, block = self._interfaces, int(self._interfaces.pair[joint, side])
+        points = interfaces.point[interfaces.start[joint] : interfaces.start[joint + 1]]
+        size = float(side_sizes(self._assembly, interfaces.pair[[joint]])[0, side])
+        within = float(interfaces.gap[joint]) + ON_FEATURE * size
+        if self._touching(joint, side):
+            polygons, across = self._polygons(joint, side), interfaces.frame[joint, 1:].T
+            region = shapely.union_all([shapely.Polygon(corner @ across) for corner in polygons])
+            if (shapely.distance(shapely.points(points @ across), region) <= within).all():
+                return polygons
+        corners = self._assembly.block_vertices(block)
+        if len(points) == 1:
+            distance = np.linalg.norm(corners - points, axis=1)
+            if distance.min() <= within:
+                return [corners[[distance.argmin()]]]
+        edge = _edge_along(self._assembly, block, points, interfaces.frame[joint, 0], within)
+        return [] if edge is None else [edge]
+
     def _polygons(self, joint: int, side: int) -> list[Floats]:
         """Convex polygons in the joint's plane that the faces of one block fill, each of shape (n, 3) [m]."""
         import shapely
@@ -184,7 +233,13 @@ class FaceOutlines:
         return [corner[np.linalg.norm(one[:, None] - flat, axis=2).argmin(axis=1)] for one in polygons]
 
     def _faces(self, joint: int, side: int) -> list[Floats]:
-        """Corners at rest of those faces of a block that lie in a joint, each of shape (n, 3) [m]."""
+        """Corners at rest of those faces of a block that lie in a joint, each of shape (n, 3) [m]; else its points."""
+        interfaces = self._interfaces
+        points = interfaces.point[interfaces.start[joint] : interfaces.start[joint + 1]]
+        return self._touching(joint, side) or [points]
+
+    def _touching(self, joint: int, side: int) -> list[Floats]:
+        """Corners at rest of those faces of a block that lie in the plane of a joint, each of shape (n, 3) [m]."""
         assembly, interfaces = self._assembly, self._interfaces
         block, normal = int(interfaces.pair[joint, side]), interfaces.frame[joint, 0]
         points = interfaces.point[interfaces.start[joint] : interfaces.start[joint + 1]]
@@ -199,10 +254,45 @@ class FaceOutlines:
         size = float(side_sizes(assembly, interfaces.pair[[joint]])[0, side])
         distance = float(interfaces.gap[joint]) + SAME_FACE_DISTANCE * size
         rows = faces[facing & (height <= distance)]
-        if not len(rows):
-            return [points]
         start = assembly.face_start
         return [assembly.vertices[assembly.face_vertices[start[f] : start[f + 1]]] for f in rows]
+
+
+def _edge_along(assembly: Assembly, block: int, points: Floats, normal: Floats, within: float) -> Floats | None:
+    """The ends of the edge of a block on which one or two points lie, shape (2, 3) [m]; None where there is none.
+
+    Edges that continue each other are one. One that leaves the plane of the joint through a single point is none.
+    """
+    corners = assembly.block_vertices(block)
+    tails = np.concatenate([corners[face] for face in assembly.faces_of(block)])
+    heads = np.concatenate([corners[np.roll(face, -1)] for face in assembly.faces_of(block)])
+    unit = (heads - tails) / np.linalg.norm(heads - tails, axis=1)[:, None]
+    off = np.linalg.norm(np.cross(points - tails[:, None], unit[:, None]), axis=2).max(axis=1)
+    line = points[-1] - points[0]
+    length = float(np.linalg.norm(line))
+    if length > 0:
+        along = line / length
+        level = np.linalg.norm(np.cross(unit, along), axis=1) <= PARALLEL_EDGES
+    else:
+        level = np.abs(unit @ normal) <= PARALLEL_EDGES
+        low, high = (np.einsum("ij,ij->i", points[0] - end, unit) for end in (tails, heads))
+        level &= (low >= -within) & (high <= within)
+        if not level.any():
+            return None
+        along = unit[level][off[level].argmin()]
+        level &= np.linalg.norm(np.cross(unit, along), axis=1) <= PARALLEL_EDGES
+    rows = np.flatnonzero(level & (off <= within))
+    ends = np.concatenate([tails[rows], heads[rows]])
+    place = (ends - points[0]) @ along
+    spans = np.sort(place.reshape(2, -1), axis=0).T
+    low, high = 0.0, length
+    for _ in spans:  # each may lengthen the edge and so reach another one
+        meets = (spans[:, 0] <= high + within) & (spans[:, 1] >= low - within)
+        low, high = min(low, *spans[meets, 0], high), max(high, *spans[meets, 1], low)
+    if not len(rows) or high - low <= 2 * within:
+        return None
+    found: Floats = ends[[np.abs(place - low).argmin(), np.abs(place - high).argmin()]]
+    return found
 
 
 def _off_plane(corner: Floats, normal: Floats) -> tuple[float, float, float]:

@@ -30,7 +30,7 @@ FALLEN = 0.5
 class FallenBlocks:
     """Blocks that have fallen out of the structure."""
 
-    parameter: float  #: where [m]
+    parameter: float  #: where they begin to fall [m]
     blocks: Ints  #: their numbers
 
 
@@ -84,7 +84,7 @@ def fall(
                 if hang_on_ties(start.moving_linkage(), most):
                     raise NoRootError
                 break
-            yield FallenBlocks(trial.parameter, most)
+            yield FallenBlocks(start.parameter, most)
             gone += trial.structure.part_of_live_power(last.pose, last.tangent, most)
             rest = without_blocks(standing.linkage, most)
             if rest is None or gone > MAX_PART_FALLEN:

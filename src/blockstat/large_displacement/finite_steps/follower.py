@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
-from blockstat.large_displacement.displaced.face_overlap import with_overlap_points
 from blockstat.large_displacement.displaced.pose import free_sizes
 from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks, fall
@@ -28,6 +27,8 @@ from blockstat.large_displacement.finite_steps.trial_state import TrialState, pa
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathPoint, PathState, end_at
 from blockstat.large_displacement.linkage.root_finding import NoRootError
+from blockstat.large_displacement.overlap.edge_overlap import cut_to_faces
+from blockstat.large_displacement.overlap.face_overlap import with_overlap_points
 
 #: Largest deviation of the value from the straight line through the two states before it in a step that is longer than
 #: `StepFollower.step`. Relative to the value at the beginning. Chosen: a thousandth, in a step that is a thirtieth of
@@ -118,8 +119,9 @@ class StepFollower:
         """
         faces = self.structure.interfaces
         joints = np.unique(linkage.contacts.joint[linkage.sliding])
+        contacts = cut_to_faces(self.structure, linkage.contacts, joints, start.pose, start.parameter).contacts
         joints = joints[faces.area[joints] > 0]
-        contacts = with_overlap_points(self.structure, linkage.contacts, joints, start.pose, start.parameter)
+        contacts = with_overlap_points(self.structure, contacts, joints, start.pose, start.parameter)
         none = np.zeros(faces.n_interfaces)
         linkage = replace(linkage, contacts=contacts)
         return trial_state_at(linkage, start.pose, start.parameter, none)

@@ -16,7 +16,6 @@ import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, gaps, pair_points
-from blockstat.large_displacement.displaced.face_overlap import with_overlap_points
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes, rotation_matrices
 from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks, without_blocks
@@ -24,6 +23,8 @@ from blockstat.large_displacement.finite_steps.trial_state import per_unit_param
 from blockstat.large_displacement.linkage.jump import FALLING_TOGETHER, MAX_PART_FALLEN
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEnd, PathPoint, PathState
+from blockstat.large_displacement.overlap.edge_overlap import cut_to_faces
+from blockstat.large_displacement.overlap.face_overlap import with_overlap_points
 from blockstat.large_displacement.statics.implicit_step import ImplicitStep, implicit_step, settling_step
 from blockstat.large_displacement.statics.limit_state import associated_multiplier
 from blockstat.typing import Floats, Ints
@@ -262,7 +263,7 @@ def _moved(pose: Pose, motion: Floats) -> Pose:
 def _with_near_contacts(linkage: Linkage, pose: Pose) -> Linkage:
     """The linkage whose active set are the contacts that may close in a step.
 
-    Joints that have slid get new contact points, the corners of the overlap of their faces.
+    Joints that have slid get new contact points, the corners of the overlap of their faces; edges are cut to theirs.
     """
     structure, contacts = linkage.structure, linkage.contacts
     assembly = structure.assembly
@@ -271,9 +272,11 @@ def _with_near_contacts(linkage: Linkage, pose: Pose) -> Linkage:
     apart = np.linalg.norm(np.diff(pair_points(assembly, contacts, pose, 0.0), axis=1)[:, 0], axis=1)
     slip = np.sqrt(np.maximum(apart**2 - gap**2, 0.0))
     joints = np.unique(contacts.joint[(gap <= near) & (slip > CORNER_TOLERANCE * float(free_sizes(assembly).max()))])
+    contacts = cut_to_faces(structure, contacts, joints, pose, 0.0).contacts
     joints = joints[structure.interfaces.area[joints] > 0]
     if len(joints):
         contacts = with_overlap_points(structure, contacts, joints, pose, 0.0)
+    if contacts is not linkage.contacts:
         gap = gaps(assembly, contacts, pose, 0.0)
     return replace(linkage, contacts=contacts, sticking=gap <= near, sliding=np.zeros(len(gap), dtype=bool))
 

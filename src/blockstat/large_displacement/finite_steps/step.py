@@ -9,7 +9,6 @@ import numpy as np
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, gaps, pair_points, rejoined
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
 from blockstat.large_displacement.displaced.control import conjugate_control
-from blockstat.large_displacement.displaced.face_overlap import AREA_CORNERS, overlap_points, with_overlap_points
 from blockstat.large_displacement.displaced.pose import Pose, free_sizes
 from blockstat.large_displacement.displaced.structure import slack_of_ties
 from blockstat.large_displacement.finite_steps.contact_projection import projected_onto_zero_gap
@@ -21,6 +20,8 @@ from blockstat.large_displacement.finite_steps.trial_state import (
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.parts import without_left_at_rest
 from blockstat.large_displacement.linkage.path import end_at
+from blockstat.large_displacement.overlap.edge_overlap import cut_to_faces
+from blockstat.large_displacement.overlap.face_overlap import AREA_CORNERS, overlap_points, with_overlap_points
 from blockstat.large_displacement.statics.limit_state import limit_state
 from blockstat.large_displacement.statics.settling_state import settling_state
 from blockstat.typing import Floats
@@ -115,17 +116,21 @@ def _with_taut_ties(linkage: Linkage, pose: Pose, parameter: float) -> Linkage:
 
 
 def _without_lost_bearings(linkage: Linkage, pose: Pose, parameter: float) -> Linkage:
-    """The linkage without the joints that slide and whose faces overlap in no area any more.
+    """The linkage without the joints that slide and whose faces overlap in no area any more, and edges beyond a rim.
 
     Their gaps are those of planes without end. A projection onto them would draw a block that has slid off its support
     back onto the edge.
     """
-    contacts, interfaces = linkage.contacts, linkage.structure.interfaces
-    joints = np.unique(contacts.joint[linkage.sliding])
+    structure, joints = linkage.structure, np.unique(linkage.contacts.joint[linkage.sliding])
+    contacts, row, new = cut_to_faces(structure, linkage.contacts, joints, pose, parameter)
+    if contacts is not linkage.contacts:
+        sticking = linkage.sticking[row] & ~new
+        linkage = replace(linkage, contacts=contacts, sticking=sticking, sliding=linkage.closed[row] & ~sticking)
+    interfaces = structure.interfaces
     joints = joints[interfaces.area[joints] > 0]
     if not len(joints):
         return linkage
-    overlap = overlap_points(linkage.structure, contacts, joints, pose, parameter).joint
+    overlap = overlap_points(structure, contacts, joints, pose, parameter).joint
     lost = joints[np.bincount(overlap, minlength=interfaces.n_interfaces)[joints] < AREA_CORNERS]
     if not len(lost):
         return linkage
@@ -139,7 +144,7 @@ def _with_active_set(linkage: Linkage, pose: Pose, parameter: float, tolerance: 
     """The linkage whose sticking contacts are all that are closed at a pose, to a tolerance for each joint [m].
 
     Joints that have slid get new contact points: faces the corners of their overlap, edges and corners the points that
-    meet.
+    meet, as far as they are still on their faces.
     """
     contacts, assembly, interfaces = linkage.contacts, linkage.assembly, linkage.structure.interfaces
     closed = gaps(assembly, contacts, pose, parameter) <= tolerance[contacts.joint]
@@ -147,8 +152,11 @@ def _with_active_set(linkage: Linkage, pose: Pose, parameter: float, tolerance: 
     slip = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
     joints = np.unique(contacts.joint[closed & (slip > CORNER_TOLERANCE * float(free_sizes(assembly).max()))])
     has_area = interfaces.area[joints] > 0
+    before = contacts
+    contacts = cut_to_faces(linkage.structure, contacts, joints, pose, parameter).contacts
     if has_area.any():
         contacts = with_overlap_points(linkage.structure, contacts, joints[has_area], pose, parameter)
+    if contacts is not before:
         closed = gaps(assembly, contacts, pose, parameter) <= tolerance[contacts.joint]
     on_edges = np.flatnonzero(closed & np.isin(contacts.joint, joints[~has_area]))
     if len(on_edges):

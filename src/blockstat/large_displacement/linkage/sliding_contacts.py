@@ -1,5 +1,7 @@
 """Contact points of a linkage whose joints slide: at each pose the corners of the overlap of the two faces.
 
+Edges and corners that slide on a face keep their points as far as these are still on it (`overlap.edge_overlap`).
+
 With associated flow a joint is open by a distance g once it has slid, and its two faces are no longer at one place. A
 contact that slides along the unit vector t presses along n - mu t. Its force meets one face at p and the other one at
 
@@ -30,10 +32,11 @@ from blockstat.large_displacement.displaced.contact_pairs import (
     pair_points,
 )
 from blockstat.large_displacement.displaced.contact_status import contact_status
-from blockstat.large_displacement.displaced.face_overlap import AREA_CORNERS, overlap_points
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes, points_at_rest
 from blockstat.large_displacement.linkage.kinematics import slip_friction
 from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.overlap.edge_overlap import cut_to_faces
+from blockstat.large_displacement.overlap.face_overlap import AREA_CORNERS, overlap_points
 from blockstat.typing import Floats, Ints
 
 #: With associated flow, new contact points that are open by no more than this beside the least open one are closed.
@@ -59,15 +62,18 @@ def with_new_sliding_contacts(linkage: Linkage, pose: Pose, parameter: float, mo
     Returns
     -------
     Linkage
-        The given one where nothing slides, or only edges and corners slide.
+        The given one where nothing slides.
     """
-    contacts, interfaces = linkage.contacts, linkage.structure.interfaces
-    joints = np.unique(contacts.joint[linkage.sliding])
-    joints = joints[interfaces.area[joints] > 0]
+    joints = np.unique(linkage.contacts.joint[linkage.sliding])
+    if not len(joints):
+        return linkage
+    along = _directions_of_forces(linkage, pose, parameter, motion)
+    linkage = _with_edges_on_faces(linkage, joints, pose, parameter, along)
+    contacts = linkage.contacts
+    joints = joints[linkage.structure.interfaces.area[joints] > 0]
     if not len(joints):
         return linkage
     kept = ~np.isin(contacts.joint, joints)
-    along = _directions_of_forces(linkage, pose, parameter, motion)
     found = _with_bearing(overlap_points(linkage.structure, contacts, joints, pose, parameter, along=along))
     merged = concatenate([contacts.select(np.flatnonzero(kept)), found])
     new = np.arange(merged.number) >= kept.sum()
@@ -93,6 +99,20 @@ def with_new_sliding_contacts(linkage: Linkage, pose: Pose, parameter: float, mo
     renewed = replace(touching, sticking=was_sticking | (sticking & new), sliding=was_sliding | (sliding & new))
     two_corners = renewed.sliding & merged.corner.all(axis=1) & new
     return _one_sided(renewed, pose, parameter, motion, two_corners) if two_corners.any() else renewed
+
+
+def _with_edges_on_faces(linkage: Linkage, joints: Ints, pose: Pose, parameter: float, along: Floats | None) -> Linkage:
+    """The linkage without what has left its faces of the edges and corners that slide.
+
+    What is left of an edge slides, sticks or is open as the nearest of its ends before. But an end that has moved on
+    the edge does not stick: the edge has slid across the rim there.
+    """
+    contacts, row, new = cut_to_faces(linkage.structure, linkage.contacts, joints, pose, parameter, along=along)
+    if contacts is linkage.contacts:
+        return linkage
+    closed = linkage.closed[row]
+    sticking = linkage.sticking[row] & ~new
+    return replace(linkage, contacts=contacts, sticking=sticking, sliding=closed & ~sticking)
 
 
 def _with_bearing(found: ContactPairs) -> ContactPairs:
