@@ -8,6 +8,7 @@ import shapely
 
 from blockstat import (
     Assembly,
+    Block,
     InputError,
     build,
     dispersed_load,
@@ -645,3 +646,23 @@ def test_a_turned_wall_of_corners_of_a_millimetre_is_loaded_as_the_drawn_one(deg
     face = fluid_pressure(asm, 1.8, 9810.0, -across)[:, :3].sum(axis=0)
     assert face @ across == pytest.approx(9810.0 * 1.8**2 / 2 * 3.0, rel=5e-3)
     assert fill_load(asm, 2.0, 1000.0)[:, 2].sum() == pytest.approx(-300.0, rel=5e-3)
+
+
+def test_strips_count_for_nothing_beside_their_own_joint_alone():
+    """A slab of 12 m by 6 m bears a tower and, metres away, cubes of .2 m with 30 mm between them, which are free."""
+    slab, tower = box((0, 0, -1), (12, 6, 0), name="slab"), box((0, 0, 0), (5, 6, 6), name="tower")
+    corners = [(7 + 0.23 * i, 1 + 0.23 * j) for i in range(4) for j in range(4)]
+    cubes = [box((x, y, 0), (x + 0.2, y + 0.2, 0.2), name=f"{x:g} {y:g}") for x, y in corners]
+    load = surface_load(assembly([slab, tower, *cubes], supports=[]), (0, 0, -1.0), (0, 0, 1))
+    assert load[0, 2] == pytest.approx(-(12 * 6 - 5 * 6 - len(cubes) * 0.04), rel=1e-9)
+
+
+def test_a_narrow_arm_far_from_a_joint_is_free():
+    """A slab of 6 m by 5 m with an arm of 30 mm by 1 m, under a tower of 4.5 m by 4.5 m."""
+    plan = [(0, 0), (6, 0), (6, 6), (5.97, 6), (5.97, 5), (0, 5)]
+    vertices = [(x, y, z) for z in (-1.0, 0.0) for x, y in plan]
+    sides = [[k, (k + 1) % 6, (k + 1) % 6 + 6, k + 6] for k in range(6)]
+    slab = Block(vertices, [list(range(5, -1, -1)), list(range(6, 12)), *sides], name="slab")
+    tower = box((0, 0, 0), (4.5, 4.5, 5), name="tower")
+    load = surface_load(assembly([slab, tower], supports=[]), (0, 0, -1.0), (0, 0, 1))
+    assert load[0, 2] == pytest.approx(-(6 * 5 + 0.03 * 1 - 4.5**2), rel=1e-9)

@@ -400,7 +400,7 @@ def grid_of(region: Any) -> float:
     return GRID * 2.0 ** math.frexp(region.length)[1]
 
 
-def uncovered(region: Any, covers: Sequence[Floats], width: float) -> Any:
+def uncovered(region: Any, covers: Sequence[Floats], width: Sequence[float]) -> Any:
     """Return what convex polygons leave of a region, but for strips beside them.
 
     Parameters
@@ -409,8 +409,8 @@ def uncovered(region: Any, covers: Sequence[Floats], width: float) -> Any:
         Polygon or polygons [m].
     covers : sequence of array of float, shape (n, 2)
         Corners of the convex polygons, in any order [m].
-    width : float
-        Widest strip that counts for nothing [m].
+    width : sequence of float
+        Widest strip beside each of them that counts for nothing [m].
 
     Returns
     -------
@@ -420,19 +420,28 @@ def uncovered(region: Any, covers: Sequence[Floats], width: float) -> Any:
     Examples
     --------
     >>> from shapely import box
-    >>> uncovered(box(0, 0, 2, 1), [np.array([(0, 0), (1, 0), (1, 0.999), (0, 0.999)])], 0.01).area
+    >>> uncovered(box(0, 0, 2, 1), [np.array([(0, 0), (1, 0), (1, 0.999), (0, 0.999)])], [0.01]).area
     1.0
     """
     import shapely
 
-    hulls = [shapely.MultiPoint(own).convex_hull for own in covers]
-    hulls = [own for own in hulls if own.geom_type == "Polygon"]
+    hulls: dict[float, list[Any]] = {}
+    for corners, own in zip(covers, width, strict=True):
+        hull = shapely.MultiPoint(corners).convex_hull
+        if hull.geom_type == "Polygon":
+            hulls.setdefault(own, []).append(hull)
     if not hulls:
         return region
     grid = grid_of(region)
-    covered = shapely.union_all(hulls, grid_size=grid)
-    left = _polygons(shapely.difference(region, covered, grid_size=grid))
-    return _polygons(_opened(left, width, grid))
+    alike = {own: shapely.union_all(parts, grid_size=grid) for own, parts in hulls.items()}
+    whole = shapely.union_all(list(alike.values()), grid_size=grid)
+    left = _polygons(shapely.difference(region, whole, grid_size=grid))
+    strips = []
+    for own, covered in alike.items():
+        narrow = _polygons(shapely.difference(left, _opened(left, own, grid), grid_size=grid))
+        beside = shapely.buffer(covered, own, join_style="mitre")
+        strips.append(_polygons(shapely.intersection(narrow, beside, grid_size=grid)))
+    return _polygons(shapely.difference(left, shapely.union_all(strips, grid_size=grid), grid_size=grid))
 
 
 def _polygons(region: Any) -> Any:

@@ -187,8 +187,8 @@ def free_faces(
             for joint in joints[block]
             if joint.normal @ face.normal > ALONG and np.abs(face.height(joint.patch)).max() <= joint.reach
         ]
-        strip = max((joint.reach for joint in beds), default=0.0)
-        region = uncovered(Polygon(face.flat(corners)), [face.flat(joint.patch) for joint in beds], strip)
+        patches, strips = [face.flat(joint.patch) for joint in beds], [joint.reach for joint in beds]
+        region = uncovered(Polygon(face.flat(corners)), patches, strips)
         if not region.is_empty:
             found.append(Face(block, frame, face.origin, region))
     return found

@@ -237,7 +237,7 @@ def _free(assembly: Assembly, joints: Interfaces, own: Ints, face: int) -> tuple
     for joint in covers.tolist():
         whole = joints.point[joints.start[joint] : joints.start[joint + 1]]
         patches += [(points - centre) @ axes.T for points in joints.parts.get(joint, [whole])]
-    free = uncovered(free, patches, width)
+    free = uncovered(free, patches, [width] * len(patches))
     parts = shapely.MultiPolygon([part for part in shapely.get_parts(shapely.get_parts(free)) if part.area > least])
     if parts.is_empty:
         return 0.0, np.empty((0, 3))
