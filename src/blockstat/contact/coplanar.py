@@ -221,6 +221,38 @@ def joined(seed: Patch, patches: Sequence[Patch]) -> Patch:
     return seed._replace(polygon=outline, area=area, gap=gap, overlap=overlap)
 
 
+def joints_of_patches(outlines: Sequence[Floats], pair: Ints, frame: Floats, patches: Patches) -> Ints:
+    """Return the joint that each patch is part of.
+
+    Parameters
+    ----------
+    outlines : sequence of array, shape (n, 3)
+        Corners of the hull of each joint [m].
+    pair, frame : array, shape (n_joints, ...)
+        Of the joints, as `Patch` has them.
+    patches : Patches
+        Convex patches, and the edges and corners in their planes.
+
+    Returns
+    -------
+    array of int, shape (n_patches,)
+        Of the joints of two blocks with one normal, that in whose plane the patch lies; -1 where there is none.
+    """
+    rows: defaultdict[tuple[int, ...], list[int]] = defaultdict(list)
+    for k, own_pair in enumerate(pair.tolist()):
+        rows[tuple(own_pair)].append(k)
+    origin = np.array([outline[0] for outline in outlines]).reshape(-1, 3)
+    joint = np.full(len(patches.pair), -1, dtype=np.int64)
+    for row, patch in enumerate(patches):
+        own = np.array(rows[tuple(patch.pair.tolist())], dtype=int)
+        normal = frame[own, 0]
+        height = np.abs(np.einsum("ij,ij->i", normal, patch.origin - origin[own]))
+        aligned = np.linalg.norm(np.cross(normal, patch.frame[0]), axis=1) < SAME_NORMAL
+        if aligned.any():
+            joint[row] = own[np.where(aligned, height, np.inf).argmin()]
+    return joint
+
+
 def parts_of(outlines: Sequence[Floats], pair: Ints, frame: Floats, area: Floats, patches: Patches) -> Parts:
     """Return what those joints are made of whose hull is more than their patches.
 
@@ -238,21 +270,11 @@ def parts_of(outlines: Sequence[Floats], pair: Ints, frame: Floats, area: Floats
     dict of list of array, shape (k, 3)
         Corners of the patches by joint, and the ends of edges and corners without area [m].
     """
-    rows: defaultdict[tuple[int, ...], list[int]] = defaultdict(list)
-    for k, own_pair in enumerate(pair.tolist()):
-        rows[tuple(own_pair)].append(k)
-    origin = np.array([outline[0] for outline in outlines]).reshape(-1, 3)
     found: defaultdict[int, list[Floats]] = defaultdict(list)
-    for patch in patches:
-        # Of the joints of two blocks with one normal, a patch belongs to that in whose plane it lies.
-        own = np.array(rows[tuple(patch.pair.tolist())], dtype=int)
-        normal = frame[own, 0]
-        height = np.abs(np.einsum("ij,ij->i", normal, patch.origin - origin[own]))
-        aligned = np.linalg.norm(np.cross(normal, patch.frame[0]), axis=1) < SAME_NORMAL
-        if aligned.any():
-            k = int(own[np.where(aligned, height, np.inf).argmin()])
+    for patch, k in zip(patches, joints_of_patches(outlines, pair, frame, patches).tolist(), strict=True):
+        if k >= 0:
             found[k].append(patch.origin + patch.polygon @ patch.frame[1:])
-    hull = {k: _area((outlines[k] - origin[k]) @ frame[k, 1:].T) for k in found}
+    hull = {k: _area((outlines[k] - outlines[k][0]) @ frame[k, 1:].T) for k in found}
     return {k: own for k, own in found.items() if hull[k] > (1 + FILLED) * area[k] > 0}
 
 

@@ -16,6 +16,7 @@ from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.tolerance import ROUNDING
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome, CapacityPoint
+from blockstat.large_displacement.displaced.common_beds import in_common_planes
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST
 from blockstat.large_displacement.displaced.control import Control, read_control
@@ -217,6 +218,10 @@ def _checked_limit_load(
 ) -> LimitLoad:
     """The limit load, if it has a mechanism that can be followed."""
     limit = limit_load(assembly, live, loads=dead, friction=friction, gap=gap, interfaces=interfaces, solver=solver)
+    joints = in_common_planes(limit.assembly, limit.interfaces)
+    if joints is not limit.interfaces:
+        again = limit_load(assembly, live, loads=dead, friction=friction, gap=gap, interfaces=joints, solver=solver)
+        limit = replace(again, warnings=tuple(dict.fromkeys(limit.warnings + again.warnings)))
     if limit.outcome is LoadOutcome.UNBOUNDED:
         told, own = "", (limit.assembly, live, dead, limit.interfaces, solver)
         found = carried_without_self_stress(*own) if flow == "coulomb" else None

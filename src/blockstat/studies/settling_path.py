@@ -11,6 +11,7 @@ import numpy as np
 from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_number, known_options
+from blockstat.large_displacement.displaced.common_beds import in_common_planes
 from blockstat.large_displacement.displaced.contact_pairs import gaps
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status, tie_status
 from blockstat.large_displacement.displaced.loads import moved_with_centroids, read_loads
@@ -231,6 +232,11 @@ def settle_to_collapse(
     at_rest = dead.wrenches(assembly)
     options: dict[str, Any] = {"gap": gap, "interfaces": interfaces, "solver": solver}
     first = settle(assembly, moves, friction=friction, loads=at_rest, **options)
+    joints = in_common_planes(first.assembly, first.interfaces)
+    if joints is not first.interfaces:
+        options["interfaces"] = joints
+        again = settle(assembly, moves, friction=friction, loads=at_rest, **options)
+        first = replace(again, warnings=tuple(dict.fromkeys(first.warnings + again.warnings)))
     if reason := why_not_followed(first.assembly, first.interfaces):
         raise InputError(reason)
     first = replace(first, warnings=(*first.warnings, *moved_with_centroids(assembly, {"loads": loads})))
