@@ -138,10 +138,8 @@ def _patches(interfaces: Interfaces, shared: list[_Plane]) -> Patches:
     found, start = interfaces.patches, interfaces.start
     if found is None:
         count, first = np.diff(start), interfaces.point[start[:-1]]
-        arm, tangents = (
-            interfaces.point - np.repeat(first, count, axis=0),
-            np.repeat(interfaces.frame[:, 1:], count, axis=0),
-        )
+        arm = interfaces.point - np.repeat(first, count, axis=0)
+        tangents = np.repeat(interfaces.frame[:, 1:], count, axis=0)
         flat = np.einsum("nkj,nj->nk", tangents, arm)
         found = Patches(
             interfaces.pair, interfaces.frame, first, interfaces.area, interfaces.gap, flat, count,
