@@ -114,7 +114,6 @@ JOBS: Sequence[Job] = (
     result("rubble", 0.1, "comparisons.rubble", needs=(CASES / "rubble",)),
     result("contacts", 0.5, "benchmarks.contacts", needs=(CASES,)),
     result("sweep", 0.3, "benchmarks.sweep"),
-    result("anytime", 3, "benchmarks.anytime --largest", fewer="--scenes rotunda --tolerances 1e-2"),
     result("workers", 4, "choosing.workers", fewer="--size 0.1 --repeat 1", alone=True),
     result("live_page", 1.5, "benchmarks.live_page", fewer="--sizes 300"),
     result("proofs", 6, "checks.proofs", fewer="--only sizes --largest 100", needs=(CASES,)),
