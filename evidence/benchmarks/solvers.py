@@ -25,7 +25,7 @@ from evidence.benchmarks import solver_tables
 from evidence.paths import ROOT
 from evidence.run.threads import THREADS
 
-SCENES = ("wall", "along", "vault", "chapel", "falling", "falling-along")
+SCENES = ("wall", "along", "vault", "chapel", "falling")
 SOLVERS = ("cvxpy", "clarabel-primal", "clarabel-dual", "structured", "blockstat", "compas-rbe")
 COMPAS = "BLOCKSTAT_COMPAS_PYTHON"
 AGREE = 1e-6  #: scores of two solvers may differ by that much

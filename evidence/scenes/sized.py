@@ -1,6 +1,6 @@
 """Scenes of any size for the benchmarks: walls, a barrel vault, a chapel.
 
-Only the walls pushed along themselves are prismatic under their load, so only they can be solved in a plane.
+Only the wall pushed along itself is prismatic under its load, so only it can be solved in a plane.
 """
 
 from __future__ import annotations
@@ -52,11 +52,6 @@ def falling_wall(blocks: int) -> Assembly:
     return pushed_wall(blocks, share=3.0)
 
 
-def falling_along(blocks: int) -> Assembly:
-    """The wall under an acceleration of gravity along itself: its courses slide, and a stepped part of it tips."""
-    return wall(blocks).with_(gravity=(9.81, 0.0, -9.81))
-
-
 def vault(blocks: int) -> Assembly:
     """A semicircular barrel of about that many voussoirs in bonded courses on two fixed springers."""
     courses = max(round(0.6 * np.sqrt(blocks)), 5)
@@ -104,5 +99,4 @@ SCENES: dict[str, Callable[[int], Assembly]] = {
     "vault": vault,
     "chapel": chapel,
     "falling": falling_wall,
-    "falling-along": falling_along,
 }
