@@ -95,7 +95,7 @@ def _plane_joints(interfaces: Interfaces, contacts: ContactPairs, closed: np.nda
     rotation = np.abs(pose.rotation[a] - pose.rotation[b]).max(axis=(1, 2))
     count = np.bincount(contacts.joint, minlength=interfaces.n_interfaces)
     still = np.bincount(contacts.joint[closed], minlength=interfaces.n_interfaces)
-    found: np.ndarray = (still == count) & (rotation <= ROTATION_TOLERANCE)
+    found: np.ndarray = (still == count) & (rotation <= ROTATION_TOLERANCE) & (interfaces.area > 0)
     return found
 
 
