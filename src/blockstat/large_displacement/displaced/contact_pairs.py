@@ -126,7 +126,9 @@ def pairs_at_rest(assembly: Assembly, interfaces: Interfaces, *, straight: float
     corner = np.stack([_is_corner(assembly, pair[:, k], interfaces.point, shapes[k]) for k in (0, 1)], axis=1)
     for row in np.flatnonzero(~corner.any(axis=1)):
         for side in (0, 1):
-            edge[row, side] = _edge_through(assembly, int(pair[row, side]), interfaces.point[row], shapes[side].of(row))
+            edge[row, side] = _edge_through(
+                assembly, int(pair[row, side]), interfaces.point[row], shapes[side].of(np.array([row]))
+            )
     kept, share = _straightened(interfaces, straight)
     pairs = ContactPairs(
         joint=joint,
@@ -175,9 +177,8 @@ class _Near(NamedTuple):
     gap: Floats  #: of the joints at rest, shape (n,) [m]
     normal: Floats  #: of the joints, shape (n, 3)
 
-    def of(self, rows: Ints | int) -> _Near:
+    def of(self, rows: Ints) -> _Near:
         """Return what is near to some of the points."""
-        rows = np.atleast_1d(rows)
         return _Near(self.within[rows], self.gap[rows], self.normal[rows])
 
     def holds(self, arm: Floats) -> np.ndarray:
