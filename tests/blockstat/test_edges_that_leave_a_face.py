@@ -251,3 +251,118 @@ def test_slivers_of_a_triangulated_joint_do_not_carry_a_block_beyond_its_bed(see
     assert curve.outcome.word == "zero"
     assert curve.lower.max() < 0.3 * (1 + 1e-2)
     assert curve.displacement[-1] == pytest.approx(0.5, abs=1e-3)
+
+
+def over_ridges(gap, low=0.0, high=1.0):
+    """A slab from x = -1 to 2, 1 m wide and .4 m thick, above the edges of ridges at x = 0 and 1 from low to high."""
+    ridges = []
+    for name, place in (("L", 0), ("R", 1)):
+        profile = [(place - 0.4, -1), (place + 0.4, -1), (place, -gap)]
+        ridges.append(extruded(name, profile, low, high))
+    return [*ridges, box((-1, 0, 0), (2, 1, 0.4), name="slab")]
+
+
+def pyramid(name, x, y):
+    """A support with a tip at (x, y, 0)."""
+    base = [(x - 0.2, y - 0.2, -1), (x + 0.2, y - 0.2, -1), (x + 0.2, y + 0.2, -1), (x - 0.2, y + 0.2, -1)]
+    return polyhedron(np.array([*base, (x, y, 0)]), [[3, 2, 1, 0], *([k, (k + 1) % 4, 4] for k in range(4))], name=name)
+
+
+def over_tips(end):
+    """A slab from x = -1 on, .4 m thick, on three tips: two at x = 0 and one at 1."""
+    tips = [pyramid("A", 0, 0.2), pyramid("B", 0, 0.8), pyramid("C", 1, 0.5)]
+    return [*tips, box((-1, 0, 0), (end, 1, 0.4), name="slab")]
+
+
+@pytest.mark.parametrize(
+    ("place", "gap"), [*((AS_DRAWN, gap) for gap in (0.0, 1e-4, 1e-3)), *((place, 1e-5) for place in ELSEWHERE)]
+)
+@pytest.mark.parametrize("wide", [False, True])
+def test_a_slab_that_slides_over_ridges_is_carried_where_they_are(place, gap, wide):
+    """At friction .3 the resultant of the weight and the push meets the ridges' plane .3 x .2 beyond the centre.
+
+    That is at R, x = 1, where the centre has come from .5 to .94, after .44 m. From there on the slab tips about R, on
+    a radius r of its centre with r2 = .062 + .22. With the centre still u = .5 - d before R the multiplier is u over
+    the root of r2 - u2, and zero at d = .5. A gap of the joints at rest changes none of it, as they count as
+    closed. Where ridges are wider than the slab its rims cross them, and the curve may end where the slab tips.
+    """
+    blocks = over_ridges(gap, *((-0.1, 1.1) if wide else (0.0, 1.0)))
+    curve, displacement = curve_of(blocks, (1, 0, 0), "slab", 0.3, place, ["L", "R"])
+    off = 1e-4 + gap  # with the last pose of the path located to the rounding of coordinates
+    slides, tips = displacement < 0.44 - off, displacement > 0.44 + off
+    before = np.maximum(0.5 - displacement[tips], 0.0)
+    assert curve.lower[slides] == pytest.approx(0.3, rel=1e-6)
+    assert curve.lower[tips] == pytest.approx(before / np.sqrt(0.06**2 + 0.2**2 - before**2), abs=2e-3)
+    assert displacement[-1] == pytest.approx(0.5, abs=1e-3) or (
+        wide and displacement[-1] == pytest.approx(0.44, abs=off)
+    )
+
+
+@pytest.mark.parametrize(("place", "gap"), [(AS_DRAWN, 0.0), (ELSEWHERE[0], 1e-5)])
+def test_a_slab_that_rises_as_it_slides_over_ridges_is_carried_where_they_are(place, gap):
+    """As above with dilatancy: after a slip d the centre is .2 + .3 d above the ridges.
+
+    The force of R goes through its edge. So the slab tips where .5 + d + .3 (.2 + .3 d) = 1, which is at .44 / 1.09. No
+    linkage leads on, and finite steps close the joints again. So from .44 m at the latest, as without dilatancy, the
+    multiplier falls, and it is zero where the centre is at R.
+    """
+    curve, displacement = curve_of(over_ridges(gap), (1, 0, 0), "slab", 0.3, place, ["L", "R"], "associated")
+    tips = 0.44 / 1.09
+    assert curve.lower[displacement < tips - 1e-3] == pytest.approx(0.3, rel=1e-6)
+    assert (curve.lower[displacement > 0.44 + 1e-3] < 0.2995).all()
+    assert displacement[-1] == pytest.approx(0.5, abs=2e-3)
+    assert curve.lower[-1] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("place", PLACES[:2])
+@pytest.mark.parametrize(
+    ("end", "push", "tips", "zero"),
+    [
+        (2.0, (1, 0, 0), 0.46, None),
+        (2.0, (-1, 0, 0), 0.46, 0.5),
+        (1.2, (-1, 0, 0), 0.06, 0.1),
+        (2.0, (0, 1, 0), 0.11, 0.15),
+    ],
+)
+def test_a_slab_that_slides_over_tips_is_carried_where_they_are(place, end, push, tips, zero):
+    """At friction .2 the resultant is .2 x .2 beyond the centre, which is at (.5, .5), of the shorter slab at (.1, .5).
+
+    The sides of the triangle of the tips are .5 m away along x, or .1 m from the shorter slab; along y it is .15 m to
+    the side from (0, .8) to (1, .5). The slab tips where the resultant is there, and carries nothing when its centre
+    is. Where it would tip on the one tip at (1, .5) it may roll to either side as well.
+    """
+    curve, displacement = curve_of(over_tips(end), push, "slab", 0.2, place, ["A", "B", "C"])
+    assert curve.lower[displacement < tips - 1e-3] == pytest.approx(0.2, rel=1e-5)
+    assert (curve.lower[displacement > tips + 2e-3] < 0.2).all()
+    assert displacement[-1] <= (zero or 0.5) + 1e-3
+    assert displacement[-1] >= tips - 1e-3
+
+
+@pytest.mark.parametrize("place", PLACES[:2])
+@pytest.mark.parametrize("friction", [0.1, 0.3])
+def test_a_sled_on_a_long_bed_is_carried_by_its_runners(place, friction):
+    """The runners are at x = .2 and .8 and the bed ends at 2, so the front one is at the rim after 1.2 m."""
+    blocks = [box((0, 0, 0), (2, 1, 1), name="bed"), sled(along_x=False)]
+    curve, displacement = curve_of(blocks, (1, 0, 0), "sled", friction, place, ["bed"])
+    slides = displacement < 1.2 - 1e-3
+    assert curve.lower[slides] == pytest.approx(friction, rel=1e-6)
+    assert displacement[-1] == pytest.approx(1.2, abs=1e-3)
+
+
+@pytest.mark.parametrize("place", PLACES[:2])
+@pytest.mark.parametrize("low", [0.0, -0.1])
+def test_a_ridge_that_moves_away_is_drawn_by_the_weight_on_it(place, low):
+    """A lintel, with most of its weight above L at x = 0, sticks there and slides on the edge of R, at 2 + d.
+
+    R carries the weight times c / (2 + d), where c is the place of the centre, and .3 of that holds it back.
+    """
+    lintel = extruded("lintel", [(-0.3, 0), (3, 0), (3, 0.3), (0.5, 0.3), (-0.3, 2)], 0, 1)
+    ridges = [extruded(n, [(x - 0.5, -1), (x + 0.5, -1), (x, 0)], low, 1 - low) for n, x in (("L", 0), ("R", 2))]
+    centre = float(Assembly.from_blocks([lintel], supports=["lintel"]).centroid[0, 0])
+    scene, rotation, scale = scene_of([*ridges, lintel], ["L", "R"], 0.3, place)
+    path = settle_to_collapse(scene, {"R": (rotation @ (1, 0, 0)).tolist()}, displacement=0.6 * scale)
+    own = scene.names.index("lintel")
+    weight = float(scene.volume[own] * scene.density[own] * np.linalg.norm(scene.gravity))
+    moved = np.array(path.displacement) / scale
+    assert path.outcome.word == "reached"
+    assert -np.array(path.reaction) / weight == pytest.approx(0.3 * centre / (2 + moved), rel=1e-3)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -121,12 +121,14 @@ def pairs_at_rest(assembly: Assembly, interfaces: Interfaces, *, straight: float
     joint = interfaces.point_interface
     pair = interfaces.pair[joint]
     within = CORNER_TOLERANCE * side_sizes(assembly, pair) + straight
-    corner = np.stack([_is_corner(assembly, pair[:, k], interfaces.point, within[:, k]) for k in (0, 1)], axis=1)
     normal, edge = interfaces.frame[joint, 0], np.zeros((len(joint), 2, 3))
+    shapes = [_Near(within[:, side], interfaces.gap[joint], normal) for side in (0, 1)]
+    corner = np.stack([_is_corner(assembly, pair[:, k], interfaces.point, shapes[k]) for k in (0, 1)], axis=1)
     for row in np.flatnonzero(~corner.any(axis=1)):
         for side in (0, 1):
-            block, point = int(pair[row, side]), interfaces.point[row]
-            edge[row, side] = _edge_through(assembly, block, point, normal[row], float(within[row, side]))
+            edge[row, side] = _edge_through(
+                assembly, int(pair[row, side]), interfaces.point[row], shapes[side].of(np.array([row]))
+            )
     kept, share = _straightened(interfaces, straight)
     pairs = ContactPairs(
         joint=joint,
@@ -165,27 +167,51 @@ def _straightened(interfaces: Interfaces, straight: float) -> tuple[np.ndarray, 
     return kept, share
 
 
-def _is_corner(assembly: Assembly, block: Ints, point: Floats, within: Floats) -> np.ndarray:
-    """Whether points are corners of their blocks, to a tolerance; block (n,), point (n, 3) [m], within (n,) [m]."""
+class _Near(NamedTuple):
+    """How near to points of joints what they are on is.
+
+    A point is in the middle of the gap of its joint, so that along the normal what touches there is away from it.
+    """
+
+    within: Floats  #: shape (n,) [m]
+    gap: Floats  #: of the joints at rest, shape (n,) [m]
+    normal: Floats  #: of the joints, shape (n, 3)
+
+    def of(self, rows: Ints) -> _Near:
+        """Return what is near to some of the points."""
+        return _Near(self.within[rows], self.gap[rows], self.normal[rows])
+
+    def holds(self, arm: Floats) -> np.ndarray:
+        """Whether arms from the points are short enough, shape (n, k, 3) [m]."""
+        height = np.einsum("nki,ni->nk", arm, self.normal)
+        beside = np.linalg.norm(arm - height[..., None] * self.normal[:, None], axis=2)
+        above = np.maximum(np.abs(height) - self.gap[:, None], 0.0)
+        short: np.ndarray = np.hypot(beside, above) <= self.within[:, None]
+        return short
+
+
+def _is_corner(assembly: Assembly, block: Ints, point: Floats, near: _Near) -> np.ndarray:
+    """Whether points are corners of their blocks; block (n,), point (n, 3) [m]."""
     found = np.zeros(len(block), dtype=bool)
     for index in np.unique(block):
         own = np.flatnonzero(block == index)
-        distance = np.linalg.norm(point[own, None] - assembly.block_vertices(int(index)), axis=2).min(axis=1)
-        found[own] = distance <= within[own]
+        arm = point[own, None] - assembly.block_vertices(int(index))
+        found[own] = near.of(own).holds(arm).any(axis=1)
     return found
 
 
-def _edge_through(assembly: Assembly, block: int, point: Floats, normal: Floats, tolerance: float) -> Floats:
+def _edge_through(assembly: Assembly, block: int, point: Floats, near: _Near) -> Floats:
     """Unit vector along the edge of a block through a point, in the plane of the joint; zero where there is none."""
-    corners = assembly.block_vertices(block)
+    corners, normal, tolerance = assembly.block_vertices(block), near.normal[0], float(near.within[0])
     for face in assembly.faces_of(block):
         tail, line = corners[face], corners[np.roll(face, -1)] - corners[face]
         length = np.linalg.norm(line, axis=1)
         unit = line / length[:, None]
         along = np.einsum("ij,ij->i", point - tail, unit)
-        off = np.linalg.norm(point - tail - along[:, None] * unit, axis=1)
-        in_plane = np.abs(unit @ normal) <= PARALLEL_SINE
-        fits = (off <= tolerance) & (along >= -tolerance) & (along <= length + tolerance) & in_plane
+        off = near.holds((point - tail - along[:, None] * unit)[None])[0]
+        # Over its length an edge may come as near to one face as it is far from it elsewhere.
+        in_plane = np.abs(unit @ normal) <= PARALLEL_SINE + 2.0 * near.gap[0] / length
+        fits = off & (along >= -tolerance) & (along <= length + tolerance) & in_plane
         if fits.any():
             found: Floats = unit[np.argmax(fits)]
             return found

@@ -90,12 +90,15 @@ def displaced_interfaces(
 
 
 def _plane_joints(interfaces: Interfaces, contacts: ContactPairs, closed: np.ndarray, pose: Pose) -> np.ndarray:
-    """Whether each joint at rest is still closed all over, shape (n_interfaces,) bool."""
+    """Whether each joint at rest that has an area is still closed all over, shape (n_interfaces,) bool.
+
+    The force of an edge or a corner that slides is at that, and not half-way to the place where it was.
+    """
     a, b = interfaces.pair.T
     rotation = np.abs(pose.rotation[a] - pose.rotation[b]).max(axis=(1, 2))
     count = np.bincount(contacts.joint, minlength=interfaces.n_interfaces)
     still = np.bincount(contacts.joint[closed], minlength=interfaces.n_interfaces)
-    found: np.ndarray = (still == count) & (rotation <= ROTATION_TOLERANCE)
+    found: np.ndarray = (still == count) & (rotation <= ROTATION_TOLERANCE) & (interfaces.area > 0)
     return found
 
 

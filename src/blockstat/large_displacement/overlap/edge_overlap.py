@@ -29,6 +29,10 @@ from blockstat.large_displacement.displaced.pose import Pose, displaced_points, 
 from blockstat.large_displacement.displaced.structure import Structure
 from blockstat.typing import Floats, Ints
 
+#: The slope of an outline across itself is zero where it is narrower than this. Relative to its length. Chosen: the
+#: slope of an edge is that along it.
+FLAT = 1e-6
+
 
 class Cut(NamedTuple):
     """Contacts after those of edges and corners have been cut to where they touch."""
@@ -42,7 +46,7 @@ class _Side(NamedTuple):
     """The outlines of one side of a joint at a pose."""
 
     block: int
-    rest: list[Floats]  #: as of `FaceOutlines.sides` [m]
+    rest: list[Floats]  #: as of `FaceOutlines.sides`, moved into the middle of the joint's gap at rest [m]
     now: list[Floats]  #: displaced [m]
 
 
@@ -114,12 +118,27 @@ def _joint_at(structure: Structure, contacts: ContactPairs, number: int, pose: P
     assembly, interfaces = structure.assembly, structure.interfaces
     rows, pair = np.flatnonzero(contacts.joint == number), interfaces.pair[number]
     sides = []
-    for side, rest in enumerate(structure.outlines.sides(number)):
+    frame = interfaces.frame[number]
+    middle = interfaces.point[interfaces.start[number] : interfaces.start[number + 1]].mean(axis=0)
+    for side, drawn in enumerate(structure.outlines.sides(number)):
+        rest = [_closed(one, middle, frame) for one in drawn]
         drive, block = parameter * contacts.drive[rows[0], side], int(pair[side])
         now = [displaced_points(assembly, pose, np.full(len(one), block), one) + drive for one in rest]
         sides.append(_Side(block, rest, now))
     tolerance = CORNER_TOLERANCE * float(side_sizes(assembly, pair[None]).min())
-    return _Joint(rows, (sides[0], sides[1]), interfaces.frame[number], tolerance)
+    return _Joint(rows, (sides[0], sides[1]), frame, tolerance)
+
+
+def _closed(outline: Floats, middle: Floats, frame: Floats) -> Floats:
+    """An outline moved along the normal, so that it goes through the middle of a joint, where all points of rest are.
+
+    A new point would be open by the gap otherwise, beside old ones that are not.
+    """
+    arm, centre = outline - outline.mean(axis=0), outline.mean(axis=0)
+    slope = np.linalg.lstsq(arm @ frame[1:].T, arm @ frame[0], rcond=FLAT)[0]
+    away = middle - centre
+    moved: Floats = outline + (away @ frame[0] - away @ frame[1:].T @ slope) * frame[0]
+    return moved
 
 
 def _edge_side(joint: _Joint) -> int | None:
