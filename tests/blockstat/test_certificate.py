@@ -57,11 +57,11 @@ def test_no_forces_are_found_for_what_falls(asm):
     assert without_optimum(program).status is Status.NO_FORCES
 
 
-@pytest.mark.parametrize("thickness", [0.109, 0.11])
+@pytest.mark.parametrize("thickness", [0.111, 0.115])
 def test_next_to_its_limit_an_arch_needs_the_second_attempt(thickness):
     # Least thickness .1074: the forces that blocks hand down lead nowhere, the least ones lifted into their cones do.
-    # (Nearer to it, as at .108, neither may: the last digits of a machine decide.)
-    program = program_of(arch(20, thickness))
+    # (In fewer voussoirs the first may, and nearer to the limit neither: the last digits of a machine decide.)
+    program = program_of(arch(60, thickness))
     assert without_optimum(program, brief=True).status is Status.NO_FORCES
     answer = without_optimum(program)
     assert answer.status is Status.ACCEPTED

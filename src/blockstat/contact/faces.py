@@ -420,7 +420,8 @@ def uncovered(region: Any, covers: Sequence[Floats], width: Sequence[float]) -> 
     Examples
     --------
     >>> from shapely import box
-    >>> uncovered(box(0, 0, 2, 1), [np.array([(0, 0), (1, 0), (1, 0.999), (0, 0.999)])], [0.01]).area
+    >>> cover = np.array([(0, 0), (1, 0), (1, 0.999), (0, 0.999)])
+    >>> round(uncovered(box(0, 0, 2, 1), [cover], [0.01]).area, 5)
     1.0
     """
     import shapely
