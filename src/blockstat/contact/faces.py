@@ -351,7 +351,7 @@ def _solid(shape: Any) -> bool:
     return shape.geom_type == hull.geom_type == "Polygon" and hull.area > 0
 
 
-def opened(region: Any, width: float) -> Any:
+def opened(region: Any, width: float, grid: float | None = None) -> Any:
     """Return what of a region is wide: its corners stay, its arms go.
 
     Parameters
@@ -360,6 +360,8 @@ def opened(region: Any, width: float) -> Any:
         In a plane [m].
     width : float
         A disc with this diameter fits into what stays, up to its corners [m].
+    grid : float, optional
+        Width of the grid on which the region is cut [m]; None for none.
 
     Returns
     -------
@@ -372,11 +374,6 @@ def opened(region: Any, width: float) -> Any:
     >>> opened(union(box(0, 0, 1, 1), box(1, 0, 2, 0.001)), 0.01).convex_hull.area < 1.001
     True
     """
-    return _opened(region, width, None)
-
-
-def _opened(region: Any, width: float, grid: float | None) -> Any:
-    """What of a region is wide, cut on a grid if there is one."""
     import shapely
 
     core = shapely.buffer(region, -width / 2)
@@ -439,7 +436,7 @@ def uncovered(region: Any, covers: Sequence[Floats], width: Sequence[float]) -> 
     left = _polygons(shapely.difference(region, whole, grid_size=grid))
     strips = []
     for own, covered in alike.items():
-        narrow = _polygons(shapely.difference(left, _opened(left, own, grid), grid_size=grid))
+        narrow = _polygons(shapely.difference(left, opened(left, own, grid), grid_size=grid))
         beside = shapely.buffer(covered, own, join_style="mitre")
         strips.append(_polygons(shapely.intersection(narrow, beside, grid_size=grid)))
     return _polygons(shapely.difference(left, shapely.union_all(strips, grid_size=grid), grid_size=grid))
