@@ -306,3 +306,35 @@ def test_a_joint_of_a_block_that_there_is_not_is_refused():
     joints = find_interfaces(scene)
     with pytest.raises(InputError, match="a joint is of a block that is not among the 2"):
         assess(scene, interfaces=replace(joints, pair=joints.pair + 1))
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (lambda own: {"friction": np.full(1, 0.5)}, r"friction has the shape \(1,\); it must be \(2,\) for 2 joints"),
+        (lambda own: {"start": own.start[:-1]}, r"start has the shape \(2,\); it must be \(3,\)"),
+        (lambda own: {"start": np.array([0, 6, 4])}, "start must grow from 0 to the number of points, 8"),
+        (lambda own: {"pair": own.pair.astype(float)}, "pair has numbers that are not whole"),
+        (lambda own: {"pair": own.pair[:, [0, 0]]}, '"ground" and "ground" is of a block with itself'),
+        (lambda own: {"point": own.point[:4], "start": np.array([0, 4, 4])}, '"stone0" and "stone1" has no points'),
+        (lambda own: {"frame": 2 * own.frame}, 'joint of "ground" and "stone0" has a frame that is not three'),
+        (lambda own: {"frame": -own.frame}, "has a frame that is not three right-handed axes of length one"),
+        (lambda own: {"friction": np.array([0.5, -0.5])}, '"stone0" and "stone1" has a friction that is not 0 or more'),
+        (lambda own: {"friction": np.array([np.nan, 0.5])}, '"ground" and "stone0" has a friction that is not 0'),
+        (lambda own: {"point": own.point + [0, 0, 10.0]}, '"ground" and "stone0" has points that are not near both'),
+        (lambda own: {"point": own.point + [10.0, 0, 0]}, "has points that are not near both of them"),
+    ],
+)
+def test_joints_that_cannot_be_those_of_the_assembly_are_refused(changed, message):
+    scene = stack(2)
+    joints = find_interfaces(scene)
+    with pytest.raises(InputError, match=f"interfaces: .*{message}"):
+        assess(scene, interfaces=replace(joints, **changed(joints)))
+
+
+def test_joints_may_be_without_friction_and_of_blocks_in_any_order():
+    scene = stack(1)
+    joints = find_interfaces(scene)
+    turned = joints.frame * np.array([-1.0, -1.0, 1.0])[:, None]  # the normal points to the other block
+    for own in (replace(joints, friction=np.array([np.inf])), replace(joints, pair=joints.pair[:, ::-1], frame=turned)):
+        assert assess(scene, interfaces=own).outcome is Outcome.STABLE

@@ -32,6 +32,23 @@ def test_a_design_that_falls_where_joints_change_has_its_own_score():
     assert found.reserve == pytest.approx(-score, rel=1e-6)
 
 
+@pytest.mark.parametrize(("width", "asked"), [(0.4, ["assess"]), (1.2, ["assess", "limit_load"])])
+def test_a_design_that_falls_is_asked_for_no_limit_load(monkeypatch, width, asked):
+    """One verdict for what falls; what stands is asked for its limit as well. Slopes need no further solve."""
+    solved = []
+    for name in ("assess", "limit_load"):
+        own = getattr(margin, name)
+        monkeypatch.setattr(margin, name, lambda *a, own=own, name=name, **k: (solved.append(name), own(*a, **k))[1])
+
+    def pillar(values):
+        blocks = [box((-3, -3, -1), (4, 4, 0), name="ground"), box((0, 0, 0), (values["width"], 1, 2), name="pillar")]
+        return Assembly.from_blocks(blocks, supports=["ground"], gravity=(4.905, 0, -9.81))
+
+    found = measure(pillar, {"width": width}, ("width",), Margin((1.0, 0.0, 0.0)))
+    assert (found.static == "stable") == (width > 1)  # it tips where width / height is below .5
+    assert solved == asked
+
+
 def test_where_a_limit_load_is_left_open_the_score_counts(monkeypatch):
     """Neither a multiplier nor a derivative is proven here or beside: there was no number to take differences of."""
     wanted = measure(leaning, {"width": 0.4}, ("width",), Margin())
@@ -43,8 +60,8 @@ def test_where_a_limit_load_is_left_open_the_score_counts(monkeypatch):
         raise InputError("no derivative")
 
     monkeypatch.setattr(margin, "limit_load", undecided)
-    monkeypatch.setattr(margin, "limit_load_gradient", refused)
-    monkeypatch.setattr(margin, "score_gradient", refused)
+    monkeypatch.setattr(margin, "slopes_of_limit", refused)
+    monkeypatch.setattr(margin, "slopes_of_score", refused)
     found = measure(leaning, {"width": 0.4}, ("width",), Margin())
     assert found.reserve == pytest.approx(wanted.reserve)
     assert found.reserve_slopes == pytest.approx(wanted.reserve_slopes, rel=1e-2)

@@ -11,7 +11,7 @@ import time
 
 import pytest
 
-from blockstat import InputError, Memory, assess, search
+from blockstat import InputError, Memory, assess, scene_text, search
 from blockstat.design_search.candidate import Candidate, SearchResult
 from blockstat.spec import scene_from
 from dynsim import Settings, verify
@@ -186,3 +186,13 @@ def test_a_picture_of_what_moved_is_of_a_design_that_statics_allow(tmp_path, dyn
     result = SearchResult(scene, scene, {"parameters.t": 0.5}, tuple(history))
     [figure] = _moved(result, tmp_path, FAST, lambda assembly: assembly, 0.01)
     assert figure.caption.startswith(said)
+
+
+def test_a_file_is_no_folder_for_a_search(tmp_path):
+    scene, taken = tmp_path / "arches.toml", tmp_path / "taken.json"
+    scene.write_text(scene_text(scene_from(ARCHES)))
+    taken.write_text("kept")
+    command = [sys.executable, "-m", "dynsim", "optimise", str(scene), "-o", str(taken)]
+    answer = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (answer.returncode, taken.read_text()) == (2, "kept")
+    assert answer.stderr == f"dynsim: output: {taken} is a file; a search writes into a folder\n"

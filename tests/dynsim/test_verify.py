@@ -1,10 +1,12 @@
 """Bullet against closed forms, and the verdict's own figures. Wider accuracy tables are made by the benchmarks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Block, InputError
+from blockstat import Block, InputError, find_interfaces
 from dynsim import DynamicOutcome, Settings, simulate, verify
 from evidence.scenes.small import arch, assembly, box, running_bond, stack
 
@@ -163,3 +165,10 @@ def test_nothing_to_simulate():
         verify(assembly([box((0, 0, 0), (1, 1, 1))], supports=[]))
     with pytest.raises(InputError, match="all blocks are supports"):
         verify(assembly([box((0, 0, 0), (1, 1, 1))]))
+
+
+def test_joints_that_cannot_be_those_of_the_blocks_are_refused():
+    scene = stack(2)
+    joints = find_interfaces(scene)
+    with pytest.raises(InputError, match='interfaces: the joint of "ground" and "stone0" has points that are not near'):
+        verify(scene, interfaces=replace(joints, point=joints.point + [0, 0, 10.0]))

@@ -24,6 +24,7 @@ from blockstat.imperfection.imperfections import Imperfections, Realisation, rea
 from blockstat.loads import Loads, WeightedLoads, check_size
 from blockstat.program.bonds import KINDS, Bonds, bond_columns, bond_forces, bonded
 from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floating, weight
+from blockstat.program.given_joints import check_given
 from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
 from blockstat.program.ties import check_anchors, given_wrenches, tie_columns, tied_pairs
@@ -275,7 +276,7 @@ def pose(
     if not isinstance(interfaces, Interfaces | None):
         raise InputError(f"interfaces is {interfaces!r}; it must be what find_interfaces returns")
     if interfaces is not None:
-        _check_given(assembly, interfaces)
+        check_given(assembly, interfaces)
     if interfaces is None or not interfaces.moved:
         check_anchors(assembly)
     load = weight(assembly) + checked_loads(assembly, loads) + given_wrenches(assembly)
@@ -337,20 +338,6 @@ def with_joints(problem: Problem, interfaces: Interfaces, loads: Loads | None) -
     options = {"friction": None, "gravity": None, "gap": problem.gap}
     other = pose(problem.assembly, loads=loads, interfaces=interfaces, **options)
     return replace(other, overlapping=problem.overlapping)
-
-
-def _check_given(assembly: Assembly, interfaces: Interfaces) -> None:
-    """Raise InputError for joints with numbers that are not finite, or of blocks that are not in the assembly."""
-    if not len(interfaces.pair):
-        return
-    if not 0 <= interfaces.pair.min() <= interfaces.pair.max() < assembly.n_blocks:
-        raise InputError(f"interfaces: a joint is of a block that is not among the {assembly.n_blocks} of the assembly")
-    bad = ~np.isfinite(interfaces.frame).all(axis=(1, 2))
-    bad |= ~(np.isfinite(interfaces.area) & np.isfinite(interfaces.gap))
-    bad[interfaces.point_interface[~np.isfinite(interfaces.point).all(axis=1)]] = True
-    if bad.any():
-        one, two = (f'"{assembly.names[block]}"' for block in interfaces.pair[int(np.argmax(bad))])
-        raise InputError(f"interfaces: the joint of {one} and {two} has numbers that are not finite")
 
 
 def unheeded(assembly: Assembly, interfaces: Interfaces) -> list[str]:

@@ -18,7 +18,7 @@ import numpy as np
 
 from blockstat.design_search.candidate import BY_STATICS, ERROR, PRUNED, SOLVED, UNASKED, Candidate
 from blockstat.design_search.evaluator import Evaluator
-from blockstat.design_search.margin import TOP, Margin, measure
+from blockstat.design_search.margin import NARROW, TOP, Margin, measure
 from blockstat.design_search.space import Values, is_discrete
 from blockstat.errors import InputError
 from blockstat.spec import build
@@ -27,7 +27,7 @@ from blockstat.typing import Floats
 #: More combinations of what must be counted than this are a grid, not a descent.
 MOST = 64
 #: The optimiser aims this much above the reserve asked for, so that it ends on the side that has it.
-AIM = 2e-6
+AIM = NARROW
 #: Where a design does not stand in the dynamic verifier, this much reserve more is asked for, then twice that, ...
 MORE, TRIES = 0.01, 6
 #: Where no more reserve helps, designs met on the way are tried, each so many times heavier than the last that fell.
@@ -35,7 +35,7 @@ HEAVIER = 1.05
 #: Price of reserve that is lacking, in volumes of the largest design; more than any reserve costs.
 PENALTY = 50.0
 #: A descent ends after this many designs, when it can gain less than this share, or within this distance (scaled).
-DESIGNS, GAIN, CLOSE = 60, 1e-7, 1e-6
+DESIGNS, GAIN, CLOSE = 60, 1e-5, 1e-4
 #: Where the largest design is not built, smaller ones are tried in so many equal parts of the ranges.
 PARTS = 8
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, check_choice, check_number, check_vector
 from blockstat.imperfection.imperfections import Imperfections, realisations
 from blockstat.loads import acceleration
-from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient
+from blockstat.sensitivity.parameters import slopes_of_limit, slopes_of_score
 from blockstat.typing import Floats
 
 STABLE = Outcome.STABLE.word
@@ -26,6 +27,8 @@ Make = Callable[[Mapping[str, float]], Assembly]
 TOP = 10.0  #: reserves are told apart up to this multiple of the load
 #: Step of differences, relative to a parameter: of volumes, and of limit loads where joints change on the way.
 SMALL, WIDE = 1e-6, 1e-4
+#: A bracket no wider than this [g] is a limit: between designs that differ by less there is nothing to choose.
+NARROW = 1e-5
 #: Where only the assemblies of imperfections are asked for.
 NO_JOINTS = Interfaces(
     np.empty((0, 2), np.int64), np.empty((0, 3, 3)), np.empty(0), np.empty(0), np.empty((0, 3)), np.zeros(1, np.int64)
@@ -227,50 +230,67 @@ def _multiplier(case: Assembly, margin: Margin) -> float:
 
 
 def _reserve(made: Make, point: Mapping[str, float], margin: Margin) -> tuple[float, Floats, str]:
-    def load(assembly: Assembly) -> Floats:
-        return acceleration(assembly, margin.direction)
-
-    def limit_of(assembly: Assembly) -> LimitLoad:
-        joints = margin.joints(assembly)
-        return limit_load(assembly, load(assembly), interfaces=joints, gap=joints.searched, optimum=True)
-
-    try:
-        limit, gradient = limit_load_gradient(made, point, load, joints=margin.joints)
-        return limit.lower, np.array([gradient[name] for name in point]), STABLE
-    except InputError:
-        pass
-    limit = limit_of(made(point))
-    if limit.outcome is LoadOutcome.UNBOUNDED:
-        return TOP, np.zeros(len(point)), STABLE
-    if limit.lower > 0:  # where the bracket is wide, too
-        return limit.lower, _slopes(lambda v: limit_of(made(v)).lower, point, WIDE), STABLE
-    try:
-        verdict, gradient = score_gradient(made, point, joints=margin.joints)
-        return -verdict.score, -np.array([gradient[name] for name in point]), verdict.outcome.word
-    except InputError:
-        pass
     case = made(point)
     joints = margin.joints(case)
     verdict = assess(case, interfaces=joints, gap=joints.searched)
+    limit = None if verdict.outcome is Outcome.UNSTABLE else _limit(case, joints, margin)
+    if limit is not None and limit.outcome is LoadOutcome.UNBOUNDED:
+        return TOP, np.zeros(len(point)), STABLE
+    if limit is not None and (limit.outcome is LoadOutcome.LIMIT or limit.lower > 0):  # a wide bracket, too
+        try:
+            slopes = slopes_of_limit(limit, made, point, partial(_load, margin), joints=margin.joints)
+        except InputError:
+            return limit.lower, _slopes(lambda v: _lower(made(v), margin), point, WIDE), STABLE
+        return limit.lower, _by_name(slopes, point), STABLE
     if not math.isfinite(verdict.score):
         return -TOP, np.zeros(len(point)), verdict.outcome.word
-    return -verdict.score, _slopes(lambda v: _multiplier(made(v), margin), point, WIDE), verdict.outcome.word
+    try:
+        slopes = slopes_of_score(verdict, made, point, joints=margin.joints)
+    except InputError:
+        return -verdict.score, _slopes(lambda v: _multiplier(made(v), margin), point, WIDE), verdict.outcome.word
+    return -verdict.score, -_by_name(slopes, point), verdict.outcome.word
+
+
+def _limit(case: Assembly, joints: Interfaces, margin: Margin) -> LimitLoad:
+    found = limit_load(case, _load(margin, case), interfaces=joints, gap=joints.searched, optimum=True)
+    if found.outcome is LoadOutcome.UNDECIDED and found.upper - found.lower <= NARROW:
+        return replace(found, outcome=LoadOutcome.LIMIT)
+    return found
+
+
+def _lower(case: Assembly, margin: Margin) -> float:
+    return _limit(case, margin.joints(case), margin).lower
+
+
+def _load(margin: Margin, case: Assembly) -> Floats:
+    return acceleration(case, margin.direction)
+
+
+def _by_name(slopes: Mapping[str, float], point: Mapping[str, float]) -> Floats:
+    return np.array([slopes[name] for name in point])
 
 
 def _slopes(value: Callable[[Mapping[str, float]], float], point: Mapping[str, float], step: float) -> Floats:
     """Differences: central where both neighbours have a value, else to the side that has one, 0 where none has."""
     slopes = []
     for name, at in point.items():
-        ends: list[tuple[float, float]] = []
-        for place in (at - step * max(abs(at), 1.0), at, at + step * max(abs(at), 1.0)):
-            try:
-                found = value({**point, name: place})
-            except InputError:
-                continue
-            if math.isfinite(found):
-                ends.append((place, found))
-        slopes.append((ends[-1][1] - ends[0][1]) / (ends[-1][0] - ends[0][0]) if len(ends) > 1 else 0.0)
+        width = step * max(abs(at), 1.0)
+        ends = [found for place in (at - width, at + width) for found in _value_at(value, point, name, place)]
+        if len(ends) == 1:
+            ends += _value_at(value, point, name, at)
+        slopes.append((ends[1][1] - ends[0][1]) / (ends[1][0] - ends[0][0]) if len(ends) > 1 else 0.0)
     return np.array(slopes)
+
+
+def _value_at(
+    value: Callable[[Mapping[str, float]], float], point: Mapping[str, float], name: str, place: float
+) -> list[tuple[float, float]]:
+    """A parameter's value and what it gives there; nothing where that is no number."""
+    try:
+        found = value({**point, name: place})
+    except InputError:
+        return []
+    return [(place, found)] if math.isfinite(found) else []
 
 
 def _volume(assembly: Assembly) -> float:

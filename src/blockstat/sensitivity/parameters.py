@@ -87,9 +87,33 @@ def limit_load_gradient(
     """
     assembly = _plain(make(values))
     found = joints(assembly)
-    push = as_load(assembly, load(assembly))
-    limit = limit_load(assembly, push, interfaces=found, gap=found.searched, optimum=True)
-    multiplier, twist = pinned(limit, push)
+    limit = limit_load(assembly, load(assembly), interfaces=found, gap=found.searched, optimum=True)
+    return limit, slopes_of_limit(limit, make, values, load, joints=joints)
+
+
+def slopes_of_limit(
+    limit: LimitLoad, make: Make, values: Mapping[str, float], load: LoadOf, *, joints: JointsOf = find_interfaces
+) -> dict[str, float]:
+    """Return the derivative of a limit load by each parameter of its design.
+
+    Parameters
+    ----------
+    limit
+        The limit load of `make(values)`, to its optimum.
+    make, values, load, joints
+        As in `limit_load_gradient`.
+
+    Returns
+    -------
+    dict of str to float
+        Change of the multiplier per unit of each parameter.
+
+    Raises
+    ------
+    InputError
+        As `limit_load_gradient`.
+    """
+    multiplier, twist = pinned(limit, as_load(_plain(limit.assembly), load(limit.assembly)))
     rubbing = friction_power(limit, twist)
 
     def residual(changed: Assembly, interfaces: Interfaces) -> Floats:
@@ -100,7 +124,7 @@ def limit_load_gradient(
         held = _more_friction(changed, interfaces, limit) @ rubbing
         return float(held - (twist * residual(changed, interfaces)).sum())
 
-    return limit, _differences(make, values, limit.interfaces, change, joints)
+    return _differences(make, values, limit.interfaces, change, joints)
 
 
 def pinned(limit: LimitLoad, load: Floats, loads: Floats | None = None) -> tuple[float, Floats]:
@@ -298,8 +322,34 @@ def score_gradient(
     assembly = _plain(make(values))
     found = joints(assembly)
     verdict = assess(assembly, interfaces=found, gap=found.searched)
+    return verdict, slopes_of_score(verdict, make, values, joints=joints)
+
+
+def slopes_of_score(
+    verdict: Verdict, make: Make, values: Mapping[str, float], *, joints: JointsOf = find_interfaces
+) -> dict[str, float]:
+    """Return the derivative of a score by each parameter of its design.
+
+    Parameters
+    ----------
+    verdict
+        The verdict on `make(values)`, with its score.
+    make, values, joints
+        As in `score_gradient`.
+
+    Returns
+    -------
+    dict of str to float
+        Change of the score per unit of each parameter; zero where the design is stable.
+
+    Raises
+    ------
+    InputError
+        As `score_gradient`.
+    """
+    assembly = _plain(verdict.assembly)
     if verdict.outcome is Outcome.STABLE:
-        return verdict, dict.fromkeys(values, 0.0)
+        return dict.fromkeys(values, 0.0)
     twist, net = penalty_optimum(verdict)
     tension, total = float(np.linalg.norm(verdict.adhesion)), _total(score_load(assembly))
     rubbing = friction_power(verdict, twist)
@@ -310,7 +360,7 @@ def score_gradient(
         energy -= float(_more_friction(changed, interfaces, verdict) @ rubbing)
         return (energy / tension - verdict.score * _total(score_load(changed))) / total
 
-    return verdict, _differences(make, values, verdict.interfaces, score_change, joints)
+    return _differences(make, values, verdict.interfaces, score_change, joints)
 
 
 def _plain(assembly: Assembly) -> Assembly:

@@ -26,7 +26,7 @@ class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
         if (self.max - self.min) / self.step > MOST_STEPS:
             raise ValueError(f"a step of {self.step:g} makes more than {MOST_STEPS} values")
         if not self.min <= self.value <= self.max:
-            raise ValueError(f"value {self.value:g} must lie between min {self.min:g} and max {self.max:g}")
+            raise ValueError(f"value {self.value:.12g} must lie between min {self.min:.12g} and max {self.max:.12g}")
 
     def steps(self) -> list[float]:
         """Values from the largest down to the smallest.

@@ -64,6 +64,8 @@ def optimise(
     names = only.split(",") if only else None
     space_of(building, names)
     doubt_loads({"loads": building.loads, "cases": building.cases}, scene, chosen=False)
+    if directory.is_file():
+        raise InputError(f"output: {directory} is a file; a search writes into a folder")
     directory.mkdir(parents=True, exist_ok=True)
     settings = settings_of(preset, threshold, group)
     conditions = {"friction": friction, "gravity": gravity, "tilt": tilt, "gap": gap}

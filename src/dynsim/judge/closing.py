@@ -27,6 +27,7 @@ from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry_repair.repair import close_joints
 from blockstat.geometry_repair.trimming import trim_overlaps
+from blockstat.program.given_joints import check_given
 from blockstat.typing import Floats
 from dynsim.judge.criteria import default_threshold
 from dynsim.judge.stages import chain
@@ -94,13 +95,15 @@ def closed_scene(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
     InputError
         Naming two blocks, where blocks would fall by a tenth of the threshold or more until they touch, and moving
         corners does not prevent it, or where blocks overlap by so much that cutting them would make others of them.
-        Also where blocks overlap and the interfaces have a friction of their own.
+        Also where blocks overlap and the interfaces have a friction of their own, and for interfaces that cannot be
+        those of the blocks (`blockstat.program.given_joints`).
 
     Notes
     -----
     Gaps matter when a block falls by `SHARE` of the default threshold until joints hold it, or when one joint is open
     by that much. Then all are closed of which a chain, from a support to the furthest block, would move it so far.
     """
+    check_given(assembly, interfaces)
     trimmed, cut = assembly, np.zeros(assembly.n_blocks)
     for _ in range(PASSES):
         pairs, _ = overlaps(trimmed, gap=interfaces.searched)
