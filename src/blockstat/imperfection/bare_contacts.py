@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 #: Facets whose normals have at least this cosine with that of a contact make up the face that it is on. Chosen: within
 #: eight degrees.
 ALONG = 0.99
+#: Facets and edges of a block are in the plane of a contact when they are no further from it than this, relative to the
+#: smaller block, and its gap. Chosen: parallel faces of a block are further apart.
+IN_PLANE = 1e-3
 
 
 class BareContacts:
@@ -36,6 +39,7 @@ class BareContacts:
         self._assembly, self._interfaces, self._width = assembly, interfaces, width
         self._first_face = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
         self._edges: dict[int, Floats] = {}
+        self._near = IN_PLANE * assembly.size[interfaces.pair].min(axis=1)
 
     def left(self, joint: int, points: Floats) -> Floats:
         """Return what the lost rims leave of an edge, a corner or a crossing.
@@ -76,7 +80,9 @@ class BareContacts:
         found = []
         for block in sides:
             rings = [(ring - points[0]) @ across.T for ring in self._facets(joint, block, points[0])]
-            face = shapely.union_all([shapely.buffer(shapely.Polygon(ring), WIDTH * width) for ring in rings])
+            # Facets that touch are one, also where rounding has left a seam between them.
+            room = WIDTH * self._near[joint]
+            face = shapely.union_all([shapely.buffer(shapely.Polygon(ring), room) for ring in rings])
             if face.intersects(bare):
                 found.append(shapely.intersection(shapely.buffer(face, -width), bare))
         if not found:
@@ -93,7 +99,7 @@ class BareContacts:
         """Least distance along the plane of a joint to a corner of a block that is in it; infinite without one [m]."""
         offset = self._assembly.block_vertices(block) - point
         normal, *across = self._interfaces.frame[joint]
-        level = np.abs(offset @ normal) < self._width[joint] + self._interfaces.gap[joint]
+        level = np.abs(offset @ normal) < self._near[joint] + self._interfaces.gap[joint]
         return float(np.linalg.norm(offset[level] @ np.transpose(across), axis=1).min(initial=np.inf))
 
     def _facets(self, joint: int, block: int, point: Floats) -> list[Floats]:
@@ -102,7 +108,7 @@ class BareContacts:
         own = slice(*self._first_face[[block, block + 1]])
         planes, start = assembly.planes, assembly.face_start
         # Points are halfway across the gap.
-        off = np.abs((point - planes.centre[own]) @ normal) < self._width[joint] + self._interfaces.gap[joint]
+        off = np.abs((point - planes.centre[own]) @ normal) < self._near[joint] + self._interfaces.gap[joint]
         rows = self._first_face[block] + np.flatnonzero(off & (np.abs(planes.normal[own] @ normal) > ALONG))
         return [assembly.vertices[assembly.face_vertices[start[f] : start[f + 1]]] for f in rows]
 
@@ -126,7 +132,7 @@ class BareContacts:
         edges = self._edges_of(block) - point
         normal, *across = self._interfaces.frame[joint]
         height, flat = edges @ normal, edges @ np.transpose(across)
-        allowed = self._width[joint] + self._interfaces.gap[joint]
+        allowed = self._near[joint] + self._interfaces.gap[joint]
         line = flat[:, 1] - flat[:, 0]
         square = np.einsum("ij,ij->i", line, line)
         share = -np.einsum("ij,ij->i", flat[:, 0], line) / np.where(square > 0, square, 1.0)
@@ -146,3 +152,26 @@ class BareContacts:
                 rows = slice(*topology.edge_start[[own, own + 1]])
                 self._edges[own] = self._assembly.vertices[topology.edge[rows]]
         return self._edges[block]
+
+
+def common_part(one: Floats, other: Floats) -> Floats:
+    """Return what two parts of an edge, a corner or a crossing have in common.
+
+    Parameters
+    ----------
+    one, other
+        Both ends of each part, or the point; nothing where nothing is left, shape (n, 3) [m].
+
+    Returns
+    -------
+    Floats
+        Shape (k, 3) [m].
+    """
+    if not len(other) or len(one) < 2:
+        return one[: len(other)]
+    length = float(np.linalg.norm(one[1] - one[0]))
+    place = np.sort((other - one[0]) @ (one[1] - one[0]) / length)
+    low, high = max(place[0], 0.0), min(place[1], length)
+    if low == 0.0 and high == length:
+        return one
+    return one[0] + np.outer([low, high], one[1] - one[0]) / length if high > low else one[:0]
