@@ -36,7 +36,8 @@ from blockstat.contact.features import ContactKind
 from blockstat.imperfection.lost_edges import least_width, lose_edges
 from blockstat.imperfection.lost_patches import corner_speeds, lose_rims
 from evidence.bisection import bisect
-from evidence.scenes.small import arch, assembly, running_bond, stack, trilith
+from evidence.scenes.small import arch, assembly, prism, running_bond, stack, trilith
+from overhang import BACKWARDS, FORWARDS, PLACES, apex, beside, overhanging, ridge, rising
 from point_bodies import ladder
 from tests.crosscheck import test_arch_program as planar
 
@@ -330,6 +331,75 @@ def test_joints_that_are_divided_have_no_edges_to_lose():
     divided = limit_load(held, SIDE).interfaces
     with pytest.raises(InputError, match="imperfections: joints that are divided into cells have no edges to lose"):
         tilt_limit(held, "y", interfaces=divided, imperfections=Imperfections(edge=0.01))
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("order", [FORWARDS, BACKWARDS])
+@pytest.mark.parametrize("inside", [1e-3, 2.6e-3, 3.1e-3, 0.02])
+def test_what_bears_on_a_lost_strip_of_a_face_is_lost_with_it(inside, order, place):
+    """A slab, of which 3 mm at the rim are lost, on a prop so far from its rim; without the prop it falls."""
+    loss = Imperfections(edge=3e-3 * place[1])
+    for prop in (apex(1.5 - inside), apex(1.4, y=inside), ridge(1.5 - inside), rising(inside), rising(0.3, y=inside)):
+        asm, _ = overhanging(prop, place=place, order=order)
+        assert assess(asm, score=False).outcome is Outcome.STABLE
+        found = assess(asm, imperfections=loss, score=False)
+        assert found.outcome is (Outcome.STABLE if inside > 3e-3 else Outcome.UNSTABLE)
+
+
+def test_edges_that_cross_are_lost_where_a_slip_as_long_as_the_loss_parts_them():
+    """Half a metre from their ends edges at an angle of .01 are 5 mm apart."""
+    asm, _ = overhanging(beside(0.01))
+    for loss, stands in (("4.9 mm", True), ("5.1 mm", False)):
+        found = assess(asm, imperfections=Imperfections(edge=loss), score=False)
+        assert (found.outcome is Outcome.STABLE) is stands
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_an_edge_keeps_the_part_that_is_on_what_a_face_has_left(place):
+    """A ridge whose one end is 1 mm and whose other end is 5 mm from the rim: half of it is further than 3 mm."""
+    prop = ridge(0.0)
+    corners = np.array(prop.vertices)
+    corners[:3, 0] += 1.5 - 1e-3
+    corners[3:, 0] += 1.5 - 5e-3
+    # Its ends are beyond the slab, so that they are not lost themselves.
+    along = corners[3:] - corners[:3]
+    corners[:3] -= 0.5 * along
+    corners[3:] += 0.5 * along
+    asm, _ = overhanging(replace(prop, vertices=corners), place=place)
+    joints = find_interfaces(asm)
+    assert sorted(joints.kinds.tolist()) == [ContactKind.FACE, ContactKind.EDGE]
+    turn, scale, away = place
+    left = lose_edges(joints, np.full(2, 3e-3 * scale), asm)
+    k = int(np.flatnonzero(left.kinds == ContactKind.EDGE)[0])
+    c, s = np.cos(turn), np.sin(turn)
+    found = (left.point[left.start[k] : left.start[k + 1]] - away) / scale @ [[c, -s, 0], [s, c, 0], [0, 0, 1]]
+    found = found[found[:, 1].argsort()]
+    assert found[0] == pytest.approx((1.5 - 3e-3, 0.5, 0), abs=1e-4)
+    assert found[1, 1] == pytest.approx(1 - 3e-3, abs=1e-5)
+    # It is lost where nothing of it is further than that.
+    assert not lose_edges(joints, np.full(2, 5.1e-3 * scale), asm).kinds.any()
+    # Joints alone lose the ends.
+    ends = lose_edges(joints, np.full(2, 3e-3 * scale))
+    k = int(np.flatnonzero(ends.kinds == ContactKind.EDGE)[0])
+    assert np.ptp(ends.point[ends.start[k] : ends.start[k + 1]], axis=0).max() > 0.99 * scale * max(abs(c), abs(s))
+
+
+@pytest.mark.parametrize("edge", [False, True])
+def test_an_edge_or_a_corner_beside_a_patch_of_its_pair_goes_with_the_strip_it_is_on(edge):
+    """The bed has a foot below the slab and a ridge, or a tip, 2 mm from the far rim of the slab: one joint."""
+    tip = 1.5 - 2e-3
+    foot = [(-1, -1), (1.8, -1), (1.8, -0.6), (tip + 0.2, -0.6), (tip, 0), (tip - 0.2, -0.6)]
+    bed = prism([*foot, (0.8, -0.6), (0.8, 0), (-1, 0)], 1.0, name="bed")
+    if not edge:  # one end of the ridge is lower
+        corners = np.array(bed.vertices)
+        corners[4, 2] = -0.3
+        halves = [[face] if len(face) > 4 else [face[:3], [face[0], *face[2:]]] for face in map(list, bed.faces)]
+        bed = replace(bed, vertices=corners, faces=[half for own in halves for half in own])
+    slab = box((0.3, -0.5, 0), (1.5, 1.5, 1), name="slab")
+    asm = Assembly.from_blocks([bed, slab], supports=["bed"], density=2000.0, friction=0.7)
+    for loss, stands in (("1 mm", True), ("3 mm", False)):
+        found = assess(asm, imperfections=Imperfections(edge=loss), score=False)
+        assert (found.outcome is Outcome.STABLE) is stands
 
 
 def test_friction_that_is_given_joint_by_joint_is_divided_too():

@@ -21,9 +21,17 @@ from blockstat import (
 )
 from blockstat.analysis import limit_load as limits
 from blockstat.analysis.problem import pose
-from blockstat.analysis.reserve import SLIVER, loaded_slivers, neutral_warning, sliver_warning, slivers_of
+from blockstat.analysis.reserve import (
+    SLIVER,
+    loaded_slivers,
+    neutral_warning,
+    sliver_warning,
+    slivers_of,
+    without_slivers,
+)
 from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings
 from evidence.scenes.small import assembly, box, pinched, prism
+from overhang import BACKWARDS, FORWARDS, PLACES, apex, beside, overhanging, rising
 
 GROUND = box((-9, -9, -1), (9, 9, 0), name="ground")
 
@@ -252,6 +260,120 @@ def test_an_edge_that_lies_on_a_face_by_less_than_a_sliver_is_one(inside, sliver
     verdict = assess(keel)
     assert verdict.outcome is Outcome.STABLE
     assert any('"l" to "k"' in text for text in verdict.warnings) is sliver
+
+
+def told_on_a_prop(prop, kind, sliver, *, carried=None, **options):
+    """The slab stands on the prop, and it is told whether this is a sliver."""
+    asm, along = overhanging(prop, **options)
+    verdict = assess(asm)
+    assert verdict.outcome is Outcome.STABLE
+    assert verdict.interfaces.contacts[kind] == 1
+    assert verdict.interfaces.n_interfaces == 2
+    found = limit_load(asm, along)
+    assert found.lower == pytest.approx(carried, rel=1e-4) if carried else found.lower > 0.1
+    told = ['block: "slab" to "prop"; without them '] if options.get("order") != BACKWARDS else [
+        'block: "prop" to "slab"; without them '
+    ]  # fmt: skip
+    for texts, words in (
+        (verdict.warnings, "it is not proven stable"),
+        (found.warnings, "the dead load is not proven to be carried"),
+    ):
+        narrow = [text for text in texts if "narrower than 0.001" in text]
+        assert [text.endswith(told[0] + words) for text in narrow] == [True] * sliver
+    assert without_slivers(posed(asm)).n_interfaces == (1 if sliver else 2)
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("order", [FORWARDS, BACKWARDS])
+@pytest.mark.parametrize(("inside", "sliver"), [(5e-6, True), (9e-4, True), (1.2e-3, False), (0.3, False)])
+def test_a_corner_on_a_face_no_further_from_its_rim_than_a_sliver_is_one(inside, sliver, order, place):
+    """The slab of 1.2 m3 is the smaller block: a thousandth of its size is 1.06 mm. Pushed, it slides at .7 or tips."""
+    told_on_a_prop(
+        apex(1.5 - inside), "corner", sliver, carried=min(0.7, (0.6 - inside) / 0.5), order=order, place=place
+    )
+    told_on_a_prop(apex(1.4, y=inside), "corner", sliver, order=order, place=place)
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("order", [FORWARDS, BACKWARDS])
+@pytest.mark.parametrize(("inside", "sliver"), [(5e-6, True), (6e-4, True), (2e-3, False), (0.3, False)])
+def test_edges_that_cross_no_further_from_an_end_than_a_sliver_are_one(inside, sliver, order, place):
+    """Near the end of the ridge of the prop, and near the end of the edge of the slab, at right angles.
+
+    On the ridge, which rises, the slab cannot slide: pushed it tips about the prop, .6 m by .5 m.
+    """
+    told_on_a_prop(rising(inside), "crossing", sliver, carried=1.2, order=order, place=place)
+    told_on_a_prop(rising(0.3, y=inside), "crossing", sliver, order=order, place=place)
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("order", [FORWARDS, BACKWARDS])
+@pytest.mark.parametrize(
+    ("angle", "at", "sliver"),
+    [(1e-4, 0.5, True), (-1e-4, 0.5, True), (1.9e-3, 0.5, True), (1e-2, 0.5, False), (0.1, 0.3, False)],
+)
+def test_edges_that_cross_and_hardly_part_are_a_sliver(angle, at, sliver, order, place):
+    """A slip by half a metre times the angle parts them; this is less than a thousandth of a metre or more."""
+    told_on_a_prop(beside(angle, at), "crossing", sliver, carried=1.2 if at == 0.5 else None, order=order, place=place)
+
+
+def test_a_blunt_corner_near_the_rim_is_a_sliver_as_a_sharp_one_is():
+    """The facets about a corner that rises by a thousandth of their width lie in the plane of the face, too."""
+    for inside, sliver in ((5e-4, True), (1e-2, False)):
+        asm, _ = overhanging(apex(1.5 - inside, slope=2e-3, depth=2e-3 / 3))
+        problem = posed(asm, gap=1e-6)
+        assert problem.interfaces.contacts["corner"] == 1
+        assert (len(slivers_of(problem)) == 1) is sliver
+
+
+def test_a_limit_that_a_corner_on_a_rim_carries_is_told_with_what_is_carried_without_it():
+    """On a table that ends at 1 the slab tips about that end: an arm of .1 m at a height of .5 m."""
+    for inside, told in ((1e-5, ["0.2"]), (1e-2, [])):
+        asm, along = overhanging(apex(1.5 - inside), ends=1.0)
+        found = limit_load(asm, along)
+        assert found.lower == pytest.approx(0.7, rel=1e-4)
+        assert [text.split("without them it is ")[1][:3] for text in found.warnings] == told
+
+
+def test_beams_that_cross_edge_on_edge_in_the_middle_rest_on_no_sliver():
+    """Square beams on their edges, at right angles: the upper one lies on two supports."""
+    lower = [Block(_on_edge(x, np.pi / 2), BOX, name) for x, name in ((-1.0, "a"), (1.0, "b"))]
+    upper = Block(_on_edge(0.0, 0.0) + (0, 0, np.sqrt(2)), BOX, "beam")
+    verdict = assess(Assembly.from_blocks([*lower, upper], supports=["a", "b"], density=2000.0))
+    assert verdict.outcome is Outcome.STABLE
+    assert verdict.interfaces.contacts["crossing"] == 2
+    assert not any("narrower" in text for text in verdict.warnings)
+
+
+BOX = [list(face) for face in box((0, 0, 0), (1, 1, 1)).faces]
+
+
+def _on_edge(x, turn):
+    """A beam of 4 x 1 x 1 through (x, 0, 0), on an edge."""
+    corners = np.asarray(box((-2, -0.5, -0.5), (2, 0.5, 0.5)).vertices)
+    corners = corners @ Rotation.from_rotvec([np.pi / 4, 0, 0]).as_matrix().T
+    return corners @ Rotation.from_rotvec([0, 0, turn]).as_matrix().T + (x, 0, 0)
+
+
+@pytest.mark.parametrize(("inside", "sliver"), [(1e-5, True), (9e-4, True), (1.6e-3, False), (0.3, False)])
+@pytest.mark.parametrize("edge", [False, True])
+def test_a_corner_or_an_edge_beside_a_patch_of_its_pair_is_a_sliver_on_a_rim(edge, inside, sliver):
+    """One support has a foot below the slab and a ridge at the far rim, or its tip: one joint of two parts."""
+    ridge, r = 1.5 - inside, 0.2
+    foot = [(-1, -1), (1.8, -1), (1.8, -0.6), (ridge + r, -0.6), (ridge, 0), (ridge - r, -0.6)]
+    bed = prism([*foot, (0.8, -0.6), (0.8, 0), (-1, 0)], 1.0, name="bed")
+    if not edge:  # one end of the ridge is lower
+        corners = np.array(bed.vertices)
+        corners[4, 2] = -0.3
+        halves = [[face] if len(face) > 4 else [face[:3], [face[0], *face[2:]]] for face in map(list, bed.faces)]
+        bed = replace(bed, vertices=corners, faces=[half for own in halves for half in own])
+    slab = box((0.3, -0.5, 0), (1.5, 1.5, 1), name="slab")
+    asm = Assembly.from_blocks([bed, slab], supports=["bed"], density=2000.0, friction=0.7)
+    verdict = assess(asm)
+    assert verdict.outcome is Outcome.STABLE
+    assert verdict.interfaces.n_interfaces == 1
+    assert len(verdict.interfaces.point) == 4
+    assert any("narrower" in text for text in verdict.warnings) is sliver
 
 
 def test_slivers_are_named_up_to_three():

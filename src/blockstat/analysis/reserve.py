@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -26,21 +26,16 @@ from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import WIDTH, Interfaces
 from blockstat.geometry import clipping
 from blockstat.geometry.components import connected_components
+from blockstat.imperfection.bare_contacts import BareContacts
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.program.ties import tie_columns
 from blockstat.result import listed
 from blockstat.solve.answer import Answer
 from blockstat.typing import Floats, Ints
 
-if TYPE_CHECKING:
-    from blockstat.assembly import Assembly
-
 #: A joint narrower than this share of the smaller block (cube root of volume) is a sliver: 0.2 mm on a brick, less than
 #: stone is cut or measured to.
 SLIVER = 1e-3
-#: Facets whose normals have at least this cosine with that of a contact make up the face that it is on. Chosen: within
-#: eight degrees.
-ALONG = 0.99
 #: Frictionless joints are lent this friction: that blocks slide on them freely is not worth a word.
 LENT = 1e-3
 #: Corners slower than this fraction of the fastest are at rest.
@@ -167,7 +162,8 @@ def slivers_of(problem: Problem) -> Ints:
     """Find the joints that are slivers, or have some that reach beyond the rest of them.
 
     Slivers are patches narrower than `SLIVER` of the smaller block, arms of patches that are as narrow, edges that are
-    shorter, and edges that lie on a face no further from its rim.
+    shorter, edges and corners that lie on a face no further from its rim, and edges that cross where a slip no longer
+    than this parts them.
 
     Parameters
     ----------
@@ -227,38 +223,17 @@ def _narrow_joints(problem: Problem, interfaces: Interfaces) -> dict[int, _Narro
     narrow = (interfaces.area > 0) & (interfaces.area < least * length)
     edges = interfaces.kinds == ContactKind.EDGE
     narrow |= edges & (length < least)
-    narrow[edges] |= _on_rims(problem.assembly, interfaces, np.flatnonzero(edges), least)
+    bare = BareContacts(problem.assembly, interfaces, least)
+    for k in np.flatnonzero(interfaces.kinds != ContactKind.FACE).tolist():
+        narrow[k] |= not len(bare.left(k, interfaces.point[interfaces.start[k] : interfaces.start[k + 1]]))
     parts = _parts_of_narrow(interfaces, narrow, least)
     found = {}
     for k in sorted({*np.flatnonzero(narrow).tolist(), *parts}):
         points = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]]
-        own = _what_is_wide(points, parts.get(k, []), interfaces.frame[k, 1:], float(least[k]))
+        own_parts = [part for part in parts.get(k, []) if len(part) > 2 or len(bare.left(k, part))]
+        own = _what_is_wide(points, own_parts, interfaces.frame[k, 1:], float(least[k]))
         if own.beyond.any():
             found[k] = own
-    return found
-
-
-def _on_rims(assembly: Assembly, interfaces: Interfaces, edges: Ints, least: Floats) -> np.ndarray:
-    """Which of some contacts of edges lie on faces, and nowhere as far as a width from the rims of these."""
-    import shapely
-
-    found = np.zeros(len(edges), dtype=bool)
-    planes, start = assembly.planes, assembly.face_start
-    for row, k in enumerate(edges.tolist()):
-        points = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]]
-        normal, across = interfaces.frame[k, 0], interfaces.frame[k, 1:]
-        edge = shapely.MultiPoint((points - points[0]) @ across.T).convex_hull
-        within = []
-        for block in interfaces.pair[k].tolist():
-            faces = np.flatnonzero(assembly.face_block == block)
-            off = np.abs((points[0] - planes.centre[faces]) @ normal)
-            flat = faces[(np.abs(planes.normal[faces] @ normal) > ALONG) & (off < least[k])]
-            rings = [assembly.vertices[assembly.face_vertices[start[f] : start[f + 1]]] for f in flat]
-            parts = [shapely.buffer(shapely.Polygon((ring - points[0]) @ across.T), WIDTH * least[k]) for ring in rings]
-            face = shapely.union_all(parts)
-            if face.intersects(edge):
-                within.append(bool(shapely.intersects(shapely.buffer(face, -least[k]), edge)))
-        found[row] = bool(within) and not any(within)
     return found
 
 
@@ -270,7 +245,8 @@ def _diagonals(point: Floats, start: Ints) -> Floats:
 def _parts_of_narrow(interfaces: Interfaces, narrow: np.ndarray, least: Floats) -> Parts:
     """What those joints are made of whose hull is more than their patches, of pairs of which one or a patch is narrow.
 
-    Patches are convex: a narrow arm of one that is not comes in pieces, of which the last at least is narrow.
+    Patches are convex: a narrow arm of one that is not comes in pieces, of which the last at least is narrow. Edges and
+    corners beside patches may be on rims.
     """
     patches = interfaces.patches
     if patches is None or not len(patches.pair):
@@ -280,7 +256,7 @@ def _parts_of_narrow(interfaces: Interfaces, narrow: np.ndarray, least: Floats) 
     widths = dict(zip(key.tolist(), least.tolist(), strict=True))
     width = np.array([widths.get(k, 0.0) for k in asked.tolist()])
     length = _diagonals(patches.corner, np.cumsum(patches.count) - patches.count)
-    thin = np.where(patches.count > 2, patches.area < width * length, length < width)
+    thin = (patches.count < 3) | (patches.area < width * length)
     return _parts_of_pairs(interfaces, np.isin(key, np.union1d(asked[thin], key[narrow])))
 
 

@@ -162,7 +162,7 @@ class Margin:
             Without the edges that they lose.
         """
         found = find_interfaces(assembly, gap=self.gap)
-        return found if self.imperfections is None else self.imperfections.joints(found)
+        return found if self.imperfections is None else self.imperfections.joints(assembly, found)
 
 
 @dataclass(frozen=True)

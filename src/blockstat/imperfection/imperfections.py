@@ -46,7 +46,8 @@ class Imperfections:
     'joints lose 3 mm at each edge, friction / 1.2'
     """
 
-    #: what each joint loses along each of its edges: a length [m], or text: "3 mm", or "5 %" of the joint's least width
+    #: what each joint loses along each edge: a length [m], or text: "3 mm", or "5 %" of the joint's least width.
+    #: Edges and corners of other blocks have nothing to bear on along the rims of faces that have lost it.
     edge: float | str = 0.0
     friction: float = 1.0  #: divides the coefficients of friction of all joints, at least 1
     #: least and greatest density [kg/m3] by group ("wall" takes "wall.north" along, "*" all); the last that fits counts
@@ -89,25 +90,27 @@ class Imperfections:
         parts = [f"joints lose {what} at each edge"] if loss else []
         return ", ".join(parts + ([f"friction / {self.friction:g}"] if self.friction > 1 else []))
 
-    def joints(self, interfaces: Interfaces) -> Interfaces:
+    def joints(self, assembly: Assembly, interfaces: Interfaces) -> Interfaces:
         """Return the joints without their edges.
 
         Parameters
         ----------
+        assembly
+            The blocks.
         interfaces
             Joints without cells.
 
         Returns
         -------
         Interfaces
-            Those that are left.
+            Those that are left, without edges, corners and crossings that bear on a lost strip of a face.
         """
         loss, relative = self._edge()
         if not loss:
             return interfaces
         check_edges("imperfections", interfaces)
         depth = loss * least_width(interfaces) if relative else np.full(interfaces.n_interfaces, loss)
-        return lose_edges(interfaces, depth)
+        return lose_edges(interfaces, depth, assembly)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +153,7 @@ def realisations(
     if imperfections.loads and loads is None:
         raise InputError("imperfections: loads has factors, but there are no permanent loads")
     own = None if loads is None else weighted(loads)
-    joints = imperfections.joints(interfaces)
+    joints = imperfections.joints(assembly, interfaces)
     gamma = imperfections.friction
     caveat = [NO_BOUND] if gamma > 1 and any(_apex_moves(law) for law in assembly.joints) else []
     weaker = assembly

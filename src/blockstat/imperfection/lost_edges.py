@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,8 +13,12 @@ from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
 from blockstat.geometry import clipping
 from blockstat.geometry.polyhedron import next_in_face
+from blockstat.imperfection.bare_contacts import BareContacts, common_part
 from blockstat.imperfection.lost_patches import corner_speeds, joined_patches, lose_rims
 from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
 
 #: Share of the loss at which an edge vanishes up to which all corners move on straight lines: short of rounding.
 BEFORE = 1.0 - 1e-9
@@ -38,7 +43,7 @@ def check_edges(what: str, interfaces: Interfaces) -> None:
         raise InputError(f"{what}: joints that are divided into cells have no edges to lose")
 
 
-def lose_edges(interfaces: Interfaces, depth: Floats) -> Interfaces:
+def lose_edges(interfaces: Interfaces, depth: Floats, assembly: Assembly | None = None) -> Interfaces:
     """Move the edges of joints inwards; joints of which nothing is left are no contacts any more.
 
     Parameters
@@ -47,17 +52,21 @@ def lose_edges(interfaces: Interfaces, depth: Floats) -> Interfaces:
         Joints without cells.
     depth
         How far the edges of each joint move, shape (n_interfaces,) [m].
+    assembly
+        The blocks, whose faces lose strips as wide; None: only the joints lose them.
 
     Returns
     -------
     Interfaces
-        The joints that are left. An edge on a face loses both ends; corners and crossings stay as they are. A joint of
-        several patches loses the edges of each: one that is narrower than twice the depth is lost.
+        The joints that are left. An edge on a face loses both ends; corners and crossings stay as they are. Of blocks
+        that are given, what of edges and corners lies on a lost strip of a face is lost, and crossings that a slip as
+        long as the strip is wide parts. A joint of several patches loses the edges of each: one that is narrower than
+        twice the depth is lost.
     """
-    return without_edges(interfaces, depth)[0]
+    return without_edges(interfaces, depth, assembly)[0]
 
 
-def without_edges(interfaces: Interfaces, depth: Floats) -> tuple[Interfaces, Ints]:
+def without_edges(interfaces: Interfaces, depth: Floats, assembly: Assembly | None = None) -> tuple[Interfaces, Ints]:
     """Move the edges of joints inwards, as `lose_edges`, and say which joints are left.
 
     Parameters
@@ -66,6 +75,8 @@ def without_edges(interfaces: Interfaces, depth: Floats) -> tuple[Interfaces, In
         Joints without cells.
     depth
         How far the edges of each joint move, shape (n_interfaces,) [m].
+    assembly
+        The blocks, whose faces lose strips as wide; None: only the joints lose them.
 
     Returns
     -------
@@ -77,6 +88,9 @@ def without_edges(interfaces: Interfaces, depth: Floats) -> tuple[Interfaces, In
     speed = edge_speeds(interfaces)
     plain = depth < BEFORE * first_event(interfaces, speed)
     plain[list(interfaces.parts)] = False
+    bare = None if assembly is None else BareContacts(assembly, interfaces, depth)
+    if bare is not None:
+        plain &= interfaces.kinds == ContactKind.FACE
     k = interfaces.point_interface
     drawn = interfaces.drawn or interfaces
     lost = (depth[k] * plain[k])[:, None] * speed
@@ -88,13 +102,16 @@ def without_edges(interfaces: Interfaces, depth: Floats) -> tuple[Interfaces, In
     pieces: list[Patch] = []
     for k in np.flatnonzero(~plain).tolist():
         if k in interfaces.parts:
-            points[k], own = _lose_rims(interfaces, k, float(depth[k]))
+            points[k], own = _lose_rims(interfaces, k, float(depth[k]), bare)
             area[k] = sum(patch.area for patch in own)
             kind[k] = {1: ContactKind.CORNER, 2: ContactKind.EDGE}.get(len(points[k]), ContactKind.FACE)
             pieces += own
             continue
         shrink = _inset if interfaces.kinds[k] == ContactKind.FACE else _shorten
-        points[k], area[k] = shrink(points[k][None], interfaces.frame[k : k + 1], depth[k : k + 1])[0]
+        whole = points[k]
+        points[k], area[k] = shrink(whole[None], interfaces.frame[k : k + 1], depth[k : k + 1])[0]
+        if bare is not None and interfaces.kinds[k] != ContactKind.FACE and len(points[k]):
+            points[k] = common_part(points[k], bare.left(k, whole))
     if interfaces.patches is not None and pieces:
         moved = replace(moved, patches=interfaces.patches.take(np.empty(0, np.int64)).with_more(pieces))
     if kind.any():
@@ -106,10 +123,13 @@ def without_edges(interfaces: Interfaces, depth: Floats) -> tuple[Interfaces, In
     return replace(moved.subset(rows), point=point, start=start, area=area[rows]), rows
 
 
-def _lose_rims(interfaces: Interfaces, k: int, depth: float) -> tuple[Floats, list[Patch]]:
+def _lose_rims(interfaces: Interfaces, k: int, depth: float, bare: BareContacts | None) -> tuple[Floats, list[Patch]]:
     """Corners of the hull of a joint of several patches without their edges, and what is left of them."""
     frame, origin = interfaces.frame[k], interfaces.point[interfaces.start[k]]
-    parts, hull = lose_rims([(part - origin) @ frame[1:].T for part in interfaces.parts[k]], depth)
+    own = interfaces.parts[k]
+    if bare is not None:
+        own = [part if len(part) > 2 else _before_loss(part, bare.left(k, part), depth) for part in own]
+    parts, hull = lose_rims([(part - origin) @ frame[1:].T for part in own if len(part)], depth)
     area = clipping.area
     left = [
         Patch(
@@ -119,6 +139,16 @@ def _lose_rims(interfaces: Interfaces, k: int, depth: float) -> tuple[Floats, li
         for part in parts
     ]  # fmt: skip
     return origin + hull @ frame[1:], left
+
+
+def _before_loss(whole: Floats, left: Floats, depth: float) -> Floats:
+    """An edge or a corner beside patches, so that nothing but what the faces leave of it is left without its ends."""
+    if len(whole) < 2:
+        return left
+    (ends, _), *_ = _shorten(whole[None], whole, np.array([depth]))
+    ends = common_part(ends, left) if len(ends) else ends
+    along = depth * (whole[1] - whole[0]) / np.linalg.norm(whole[1] - whole[0])
+    return ends + np.stack([-along, along])[: len(ends)]
 
 
 def first_event(interfaces: Interfaces, speed: Floats) -> Floats:
