@@ -661,6 +661,17 @@ def test_a_gravity_in_other_units_is_that_of_the_earth():
     assert any("gravity is 1, which is taken as 9.81 m/s2" in text for text in found.warnings)
 
 
+@pytest.mark.parametrize("gravity", [9810.0, 981.0, 32.2, 1.0, 0.0049])
+def test_displacements_are_verified_in_metres_only(gravity):
+    """In millimetres a wall of 4 m by .5 m bore 10 g, the most that is told. Accelerations have no length."""
+    scene = wall().with_(gravity=(0, 0, -gravity))
+    curve = capacity(scene, SIDE, control="wall", steps=5)
+    with pytest.raises(InputError, match=r"it must be from 4\.905 to 14\.715 m/s2, .* give the scene in metres"):
+        nonlinear_check(curve, SIDE)
+    found = linear_check(limit_load(scene, SIDE), SIDE)
+    assert found.acceleration == pytest.approx(0.125 * 9.81 / 1.35, rel=1e-4)
+
+
 def test_a_permanent_load_that_presses_down_without_mass_is_told():
     wall = on_a_base([box((0, 0, 0), (0.5, 3, 4), name="wall")])
     dead = point_load(wall, "wall", (0.25, 1.5, 4), (0, 0, -5e4))

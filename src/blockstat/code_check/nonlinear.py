@@ -36,7 +36,7 @@ from blockstat.code_check.linear import (
     oscillator,
     work_sums,
 )
-from blockstat.code_check.pushed import G, check_pushed, gravity_of
+from blockstat.code_check.pushed import G, check_metres, check_pushed, gravity_of
 from blockstat.code_check.rocking import RockingBlock, rocking_block
 from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of, table_ends
 from blockstat.errors import InputError, check_choice, known_options
@@ -238,8 +238,9 @@ def nonlinear_check(
     Raises
     ------
     InputError
-        For a curve that was interrupted, is of another load or drops as soon as the mechanism moves, for a direction
-        that is not horizontal, or a bad value.
+        For a curve that was interrupted, is of another load or drops as soon as the mechanism moves, for a gravity
+        below half or above one and a half of 9.81 m/s2, as in a scene that is not in metres, for a direction that is
+        not horizontal, or a bad value.
 
     References
     ----------
@@ -272,6 +273,7 @@ def nonlinear_check(
     if curve.outcome not in (CapacityOutcome.ZERO, CapacityOutcome.COLLAPSE):
         raise InputError(f"the capacity curve does not tell where the multiplier is zero. {curve.outcome.value}")
     asked = _demands(demand)
+    check_metres(curve.assembly)
     check_level(curve.assembly, direction)
     ground = _spectra(site)
     check_floor(floor)
@@ -285,12 +287,12 @@ def nonlinear_check(
     push, idle = check_pushed(curve.limit, direction, masses, loads)
     share, per_control, told = oscillator(sums, bodies, macro_blocks, arbitrary(limit, bodies, push, macro_blocks))
     displacement = per_control * curve.displacement
-    gravity, unit = gravity_of(curve.assembly)
+    gravity, _ = gravity_of(curve.assembly)
     per_multiplier = gravity / (share * confidence)
     most = np.inf if curve.without_self_stress is None else curve.without_self_stress[0]
     acceleration = np.minimum(curve.lower, most) * per_multiplier
     high = high_up(limit, bodies) if floor is None else ()
-    ultimate, warnings = float(displacement[-1]), [*curve.warnings, *told, *high, *idle, *unit, *back]
+    ultimate, warnings = float(displacement[-1]), [*curve.warnings, *told, *high, *idle, *back]
     if curve.outcome is CapacityOutcome.COLLAPSE and not back:
         warnings.append("the curve ends before the multiplier is zero; d0 is its end")
     if len(asked) > 1 and not isinstance(site, Mapping):
