@@ -56,6 +56,12 @@ FALLEN = 0.9
 #: A drop that leaves less than this part of the multiplier ends life safety. It is between two points of a curve that
 #: are no further apart than `AT_ONCE`, relative to its largest displacement: a step of a curve as it is by default.
 REMAINS, AT_ONCE = 0.5, 1.0 / 30.0
+#: Of two walls of one multiplier that move at v, d0 of the mixture by straight lines is (sum P v)^2 / (sum P times
+#: sum P v^2 / d0): at most the mean of both d0, but it may be above the lesser one.
+MIXED = (
+    "the curve follows a mixture of mechanisms, and one of them may end at a lesser d0: no demand on its displacement "
+    "is verified; draw the blocks that are to rest as supports, or those that are to move as one as one block"
+)
 
 
 @dataclass(frozen=True)
@@ -254,8 +260,9 @@ def nonlinear_check(
     d_SLV, and so does a block that falls out, such as a beam that loses its bearing: the multiplier is then the one
     after it. Where the curve rises again its least multiplier before counts, on the safe side, and so does what is
     carried without self-stress where the curve begins above it. Demands on the displacement are not verified where the
-    multiplier hardly falls, as when a block slides, or where the curve took loads to act at the centroids of their
-    blocks. The method is calibrated for mechanisms whose points move parallel to one plane.
+    multiplier hardly falls, as when a block slides, where the curve took loads to act at the centroids of their blocks,
+    or where it follows a mixture of several mechanisms of one multiplier. The method is calibrated for mechanisms whose
+    points move parallel to one plane.
 
     Examples
     --------
@@ -285,7 +292,8 @@ def nonlinear_check(
     bodies = moving_bodies(limit)
     sums = work_sums(curve.assembly, limit.mechanism, direction, bodies, masses)
     push, idle = check_pushed(curve.limit, direction, masses, loads)
-    share, per_control, told = oscillator(sums, bodies, macro_blocks, arbitrary(limit, bodies, push, macro_blocks))
+    reason, mixture = arbitrary(limit, bodies, push, macro_blocks)
+    share, per_control, told = oscillator(sums, bodies, macro_blocks, reason)
     displacement = per_control * curve.displacement
     gravity, _ = gravity_of(curve.assembly)
     per_multiplier = gravity / (share * confidence)
@@ -315,7 +323,8 @@ def nonlinear_check(
     for state in states:
         warnings += table_ends(ground[state.name], state.period if floor is None else max(state.period, floor.period))
     warnings += (slides := _slides(curve))
-    doubted = ["SLD", *STATES] if idle else [*STATES] if slides or _at_centroids(curve) else []
+    warnings += [MIXED] if mixture else []
+    doubted = ["SLD", *STATES] if idle else [*STATES] if mixture or slides or _at_centroids(curve) else []
     states = [replace(one, satisfied=None) if one.satisfied and one.name in doubted else one for one in states]
     return NonlinearCheck(
         alpha0=float(min(curve.lower[0], most)),
