@@ -22,7 +22,7 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
 from blockstat.analysis.verdict import relative_motion
-from blockstat.code_check.macro_blocks import a_part_moves_alone
+from blockstat.code_check.macro_blocks import is_mixture
 from blockstat.code_check.pushed import G, check_pushed, gravity_of, mass_points
 from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of, table_ends
 from blockstat.contact.point_law import joint_friction
@@ -205,8 +205,9 @@ def linear_check(
     By C8.7.1.5 a lower e* is a higher a0*. e* sinks where still weights count and where one macro-block counts as many
     bricks; by Cauchy and Schwarz it is at most 1. So blocks whose motion the bracket of the limit does not prove do not
     count, and more bodies than a hand mechanism has are taken as one. So are bodies of which some are a mechanism of
-    the same multiplier without the others, for how far these move is then arbitrary, and bodies whose joints open as
-    they slide, for stone does not: a capacity curve follows joints that slide without opening. The result has both e*.
+    the same multiplier without the others, or with a joint between them closed, for how far each moves is then
+    arbitrary (see `blockstat.code_check.macro_blocks`), and bodies whose joints open as they slide, for stone does not:
+    a capacity curve follows joints that slide without opening. The result has both e*.
 
     Examples
     --------
@@ -236,7 +237,7 @@ def linear_check(
     sums = work_sums(limit.assembly, limit.mechanism, direction, bodies, masses)
     push, idle = check_pushed(limit, direction, masses, loads)
     gravity, unit = gravity_of(limit.assembly)
-    share, _, warnings = oscillator(sums, bodies, macro_blocks, arbitrary(limit, bodies, push, macro_blocks))
+    share, _, warnings = oscillator(sums, bodies, macro_blocks, arbitrary(limit, bodies, push, macro_blocks)[0])
     acceleration = alpha0 * gravity / (share * confidence)
     high = high_up(limit, bodies) if floor is None else table_ends(ground, floor.period)
 
@@ -365,7 +366,7 @@ def high_up(limit: LimitLoad, bodies: Sequence[Ints]) -> tuple[str, ...]:
     )
 
 
-def arbitrary(limit: LimitLoad, bodies: Sequence[Ints], push: Floats, macro_blocks: int) -> str:
+def arbitrary(limit: LimitLoad, bodies: Sequence[Ints], push: Floats, macro_blocks: int) -> tuple[str, bool]:
     """Return why it is not known how far the bodies of a mechanism move beside each other.
 
     Parameters
@@ -381,22 +382,25 @@ def arbitrary(limit: LimitLoad, bodies: Sequence[Ints], push: Floats, macro_bloc
 
     Returns
     -------
-    str
-        The reason; empty where it is known, for one body and for more than `macro_blocks`.
+    reason : str
+        Empty where it is known, for one body and for more than `macro_blocks`.
+    mixture : bool
+        Whether it is that the mechanism is a mixture of several.
     """
     if not 1 < len(bodies) <= macro_blocks:
-        return ""
+        return "", False
     if _opens_as_it_slides(limit):
         return (
             "joints of the mechanism open as they slide, which those of stone do not, so that how far its bodies move "
             "beside each other is not known"
-        )
-    if a_part_moves_alone(limit, bodies, push):
+        ), False
+    if is_mixture(limit, bodies, push, _speeds(limit)[1]):
         return (
-            f"of the {count(bodies)} of the mechanism some are a mechanism without the others, so that how far each "
-            "moves beside them is arbitrary"
-        )
-    return ""
+            f"of the {count(bodies)} of the mechanism some are a mechanism without the others, or all with a joint "
+            "between them closed, of the same multiplier to a thousandth, so that how far each moves beside them is "
+            "arbitrary"
+        ), True
+    return "", False
 
 
 def oscillator(
@@ -413,7 +417,7 @@ def oscillator(
     macro_blocks : int
         Bodies up to which e* is that of the bodies apart.
     reason : str
-        What `arbitrary` returns.
+        That `arbitrary` returns.
 
     Returns
     -------

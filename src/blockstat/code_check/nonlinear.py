@@ -36,7 +36,7 @@ from blockstat.code_check.linear import (
     oscillator,
     work_sums,
 )
-from blockstat.code_check.pushed import G, check_pushed, gravity_of
+from blockstat.code_check.pushed import G, check_metres, check_pushed, gravity_of
 from blockstat.code_check.rocking import RockingBlock, rocking_block
 from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of, table_ends
 from blockstat.errors import InputError, check_choice, known_options
@@ -56,6 +56,12 @@ FALLEN = 0.9
 #: A drop that leaves less than this part of the multiplier ends life safety. It is between two points of a curve that
 #: are no further apart than `AT_ONCE`, relative to its largest displacement: a step of a curve as it is by default.
 REMAINS, AT_ONCE = 0.5, 1.0 / 30.0
+#: Of two walls of one multiplier that move at v, d0 of the mixture by straight lines is (sum P v)^2 / (sum P times
+#: sum P v^2 / d0): at most the mean of both d0, but it may be above the lesser one.
+MIXED = (
+    "the curve follows a mixture of mechanisms, and one of them may end at a lesser d0: no demand on its displacement "
+    "is verified; draw the blocks that are to rest as supports, or those that are to move as one as one block"
+)
 
 
 @dataclass(frozen=True)
@@ -238,8 +244,9 @@ def nonlinear_check(
     Raises
     ------
     InputError
-        For a curve that was interrupted, is of another load or drops as soon as the mechanism moves, for a direction
-        that is not horizontal, or a bad value.
+        For a curve that was interrupted, is of another load or drops as soon as the mechanism moves, for a gravity
+        below half or above one and a half of 9.81 m/s2, as in a scene that is not in metres, for a direction that is
+        not horizontal, or a bad value.
 
     References
     ----------
@@ -253,8 +260,9 @@ def nonlinear_check(
     d_SLV, and so does a block that falls out, such as a beam that loses its bearing: the multiplier is then the one
     after it. Where the curve rises again its least multiplier before counts, on the safe side, and so does what is
     carried without self-stress where the curve begins above it. Demands on the displacement are not verified where the
-    multiplier hardly falls, as when a block slides, or where the curve took loads to act at the centroids of their
-    blocks. The method is calibrated for mechanisms whose points move parallel to one plane.
+    multiplier hardly falls, as when a block slides, where the curve took loads to act at the centroids of their blocks,
+    or where it follows a mixture of several mechanisms of one multiplier. The method is calibrated for mechanisms whose
+    points move parallel to one plane.
 
     Examples
     --------
@@ -272,6 +280,7 @@ def nonlinear_check(
     if curve.outcome not in (CapacityOutcome.ZERO, CapacityOutcome.COLLAPSE):
         raise InputError(f"the capacity curve does not tell where the multiplier is zero. {curve.outcome.value}")
     asked = _demands(demand)
+    check_metres(curve.assembly)
     check_level(curve.assembly, direction)
     ground = _spectra(site)
     check_floor(floor)
@@ -283,14 +292,15 @@ def nonlinear_check(
     bodies = moving_bodies(limit)
     sums = work_sums(curve.assembly, limit.mechanism, direction, bodies, masses)
     push, idle = check_pushed(curve.limit, direction, masses, loads)
-    share, per_control, told = oscillator(sums, bodies, macro_blocks, arbitrary(limit, bodies, push, macro_blocks))
+    reason, mixture = arbitrary(limit, bodies, push, macro_blocks)
+    share, per_control, told = oscillator(sums, bodies, macro_blocks, reason)
     displacement = per_control * curve.displacement
-    gravity, unit = gravity_of(curve.assembly)
+    gravity, _ = gravity_of(curve.assembly)
     per_multiplier = gravity / (share * confidence)
     most = np.inf if curve.without_self_stress is None else curve.without_self_stress[0]
     acceleration = np.minimum(curve.lower, most) * per_multiplier
     high = high_up(limit, bodies) if floor is None else ()
-    ultimate, warnings = float(displacement[-1]), [*curve.warnings, *told, *high, *idle, *unit, *back]
+    ultimate, warnings = float(displacement[-1]), [*curve.warnings, *told, *high, *idle, *back]
     if curve.outcome is CapacityOutcome.COLLAPSE and not back:
         warnings.append("the curve ends before the multiplier is zero; d0 is its end")
     if len(asked) > 1 and not isinstance(site, Mapping):
@@ -313,7 +323,8 @@ def nonlinear_check(
     for state in states:
         warnings += table_ends(ground[state.name], state.period if floor is None else max(state.period, floor.period))
     warnings += (slides := _slides(curve))
-    doubted = ["SLD", *STATES] if idle else [*STATES] if slides or _at_centroids(curve) else []
+    warnings += [MIXED] if mixture else []
+    doubted = ["SLD", *STATES] if idle else [*STATES] if mixture or slides or _at_centroids(curve) else []
     states = [replace(one, satisfied=None) if one.satisfied and one.name in doubted else one for one in states]
     return NonlinearCheck(
         alpha0=float(min(curve.lower[0], most)),
