@@ -175,8 +175,7 @@ def test_a_body_that_slides_or_screws_is_no_rocking_block(motion):
 
 
 def test_a_portal_of_three_bodies_is_no_rocking_block():
-    scene = trilith().with_(gravity=(0, 0, -9.81))
-    found = nonlinear_check(capacity(scene, SIDE, control="mean"), SIDE, macro_blocks=3)
+    found = nonlinear_check(capacity(trilith(), SIDE, control="mean"), SIDE, macro_blocks=3)
     assert len(found.bodies) == 3
     assert found.rocking is None
     assert "rocking block" not in found.explain()
@@ -662,12 +661,12 @@ def test_a_gravity_in_other_units_is_that_of_the_earth():
     assert any("gravity is 1, which is taken as 9.81 m/s2" in text for text in found.warnings)
 
 
-@pytest.mark.parametrize("gravity", [9810.0, 981.0, 32.2, 1.0, 0.0049])
+@pytest.mark.parametrize("gravity", [9810.0, 981.0, 32.2])
 def test_displacements_are_verified_in_metres_only(gravity):
     """In millimetres a wall of 4 m by .5 m bore 10 g, the most that is told. Accelerations have no length."""
     scene = wall().with_(gravity=(0, 0, -gravity))
     curve = capacity(scene, SIDE, control="wall", steps=5)
-    with pytest.raises(InputError, match=r"it must be from 4\.905 to 14\.715 m/s2, .* give the scene in metres"):
+    with pytest.raises(InputError, match=r"it must be at most 14\.715 m/s2, .* give the scene in metres"):
         nonlinear_check(curve, SIDE)
     found = linear_check(limit_load(scene, SIDE), SIDE)
     assert found.acceleration == pytest.approx(0.125 * 9.81 / 1.35, rel=1e-4)

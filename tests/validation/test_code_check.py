@@ -73,21 +73,21 @@ FACADE = {
 
 @pytest.mark.parametrize("thrust", FACADE, ids=str)
 def test_the_hand_example_of_a_facade(thrust):
-    """Three strips 6 m wide with floor, roof, a mass without weight and the thrust of a vault [kN, t]."""
+    """Three strips 6 m wide with floor, roof, a mass without weight and the thrust of a vault [kN]."""
     alpha0, start, control, ultimate, life, line, period, curved, damage, ground = FACADE[thrust]
     triangle = [(0, 0, 6.8), (0, 6, 6.8), (0, 3, 8.9), (0.4, 0, 6.8), (0.4, 6, 6.8), (0.4, 3, 8.9)]
     faces = [[0, 2, 1], [3, 4, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]]
     strips = [box((0, 0, 0), (0.6, 6, 3.6), name="low"), box((0, 0, 3.6), (0.5, 6, 6.8), name="high")]
-    facade = on_ground(*strips, Block(triangle, faces, name="gable"), density=18.0 / 9.81, friction=10.0)
+    facade = on_ground(*strips, Block(triangle, faces, name="gable"), density=18.0, gravity=(0, 0, -1), friction=10.0)
     floor, roof, top = (0.45, 3, 3.6), (0.35, 3, 6.8), (0.35, 3, 6.8)
     dead = [("low", floor, (0, 0, -36)), ("high", roof, (0, 0, -24)), ("low", (0.6, 3, 3.2), (-thrust, 0, 0))]
-    live = [(name, facade.centroid[k], (-9.81 * facade.mass[k], 0, 0)) for k, name in enumerate(facade.names) if k]
+    live = [(name, facade.centroid[k], (-facade.mass[k], 0, 0)) for k, name in enumerate(facade.names) if k]
     live += [("low", floor, (-36, 0, 0)), ("high", roof, (-24, 0, 0)), ("high", top, (-20, 0, 0))]
     dead = [row for row in dead if any(row[2])]
     curve = capacity(facade, live, loads=dead, control=("high", (0, 3, 6.8)), tolerance=FINE)
     assert curve.lower[0] == pytest.approx(alpha0, rel=1e-7)
     assert curve.displacement[-1] == pytest.approx(control, rel=1e-7)
-    heavy = [("low", floor, 36.0), ("high", roof, 24.0), ("high", top, 20.0)]
+    heavy = [("low", floor, 36 * 9.81), ("high", roof, 24 * 9.81), ("high", top, 20 * 9.81)]
     found = nonlinear_check(curve, (-1, 0, 0), site=Site("B"), masses=heavy, shape="line")
     state = found.state("SLV")
     assert (found.acceleration, found.ultimate) == pytest.approx((start, ultimate), abs=1e-6)

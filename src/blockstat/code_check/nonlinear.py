@@ -245,8 +245,8 @@ def nonlinear_check(
     ------
     InputError
         For a curve that was interrupted, is of another load or drops as soon as the mechanism moves, for a gravity
-        below half or above one and a half of 9.81 m/s2, as in a scene that is not in metres, for a direction that is
-        not horizontal, or a bad value.
+        above one and a half of 9.81 m/s2, as in a scene that is in millimetres, for a direction that is not horizontal,
+        or a bad value.
 
     References
     ----------
@@ -295,12 +295,12 @@ def nonlinear_check(
     reason, mixture = arbitrary(limit, bodies, push, macro_blocks)
     share, per_control, told = oscillator(sums, bodies, macro_blocks, reason)
     displacement = per_control * curve.displacement
-    gravity, _ = gravity_of(curve.assembly)
+    gravity, unit = gravity_of(curve.assembly)
     per_multiplier = gravity / (share * confidence)
     most = np.inf if curve.without_self_stress is None else curve.without_self_stress[0]
     acceleration = np.minimum(curve.lower, most) * per_multiplier
     high = high_up(limit, bodies) if floor is None else ()
-    ultimate, warnings = float(displacement[-1]), [*curve.warnings, *told, *high, *idle, *back]
+    ultimate, warnings = float(displacement[-1]), [*curve.warnings, *told, *high, *idle, *unit, *back]
     if curve.outcome is CapacityOutcome.COLLAPSE and not back:
         warnings.append("the curve ends before the multiplier is zero; d0 is its end")
     if len(asked) > 1 and not isinstance(site, Mapping):

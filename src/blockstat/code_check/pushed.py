@@ -45,12 +45,14 @@ def gravity_of(assembly: Assembly) -> tuple[float, tuple[str, ...]]:
         The gravity of the scene [m/s2]; that of the earth where it is far from it, as with gravity 1 and densities that
         are unit weights.
     warnings : tuple of str
-        That it was taken so. That is right of accelerations, whatever the unit of length is.
+        That it was taken so.
     """
     strength = float(np.linalg.norm(assembly.gravity))
     if LEAST_GRAVITY * G <= strength <= MOST_GRAVITY * G:
         return strength, ()
-    return G, (f"gravity is {strength:.6g}, which is taken as {G:g} m/s2 in other units",)
+    return G, (
+        f"gravity is {strength:.6g}, which is taken as {G:g} m/s2 in other units; coordinates must be in metres",
+    )
 
 
 def check_metres(assembly: Assembly) -> None:
@@ -64,15 +66,15 @@ def check_metres(assembly: Assembly) -> None:
     Raises
     ------
     InputError
-        For a gravity below `LEAST_GRAVITY` or above `MOST_GRAVITY` times `G`: that of other units, which may be those
-        of length.
+        For a gravity above `MOST_GRAVITY` times `G`: that of a smaller unit of length, such as 9810 mm/s2. One that is
+        far below, as 1 with densities that are unit weights, says nothing about lengths.
     """
     strength = float(np.linalg.norm(assembly.gravity))
-    if not LEAST_GRAVITY * G <= strength <= MOST_GRAVITY * G:
+    if strength > MOST_GRAVITY * G:
         raise InputError(
-            f"gravity is {strength:.6g}; it must be from {LEAST_GRAVITY * G:g} to {MOST_GRAVITY * G:g} m/s2, because "
-            "displacements are compared with spectra in metres and seconds: give the scene in metres (--units mm reads "
-            "a file in millimetres) with a gravity in m/s2"
+            f"gravity is {strength:.6g}; it must be at most {MOST_GRAVITY * G:g} m/s2, because displacements are "
+            "compared with spectra in metres and seconds: give the scene in metres (--units mm reads a file in "
+            "millimetres) with a gravity in m/s2"
         )
 
 
