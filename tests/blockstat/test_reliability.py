@@ -38,6 +38,7 @@ from blockstat.chance.population import Population
 from blockstat.chance.trials import Trials
 from blockstat.loads import WeightedLoads
 from evidence.scenes.small import arch, stack
+from overhang import apex, overhanging, ridge
 
 SIDE = (1, 0, 0)
 FLAT, TALL = stack(1, 2.0, 0.5, friction=0.6), stack(1, 1.0, 2.0, friction=2.0)
@@ -80,6 +81,14 @@ def test_every_draw_is_judged_as_the_closed_form_says(name, scene, uncertain, pu
     assert (found.failures, found.undecided) == (count, 0)
     assert found.probability == count / 200
     assert found.reused > 150
+
+
+@pytest.mark.parametrize("prop", [apex(1.5 - 1e-3), ridge(1.5 - 1e-3)], ids=["corner", "edge"])
+def test_a_slab_falls_in_the_draws_that_lose_the_strip_on_which_its_prop_bears(prop):
+    """The prop is 1 mm from the rim of the slab, which overhangs its table and loses up to 4 mm."""
+    found = reliability(overhanging(prop)[0], {"edge": Random("uniform", 0.0, 4e-3)}, draws=100, seed=1)
+    lost = 4e-3 * norm.cdf(np.random.default_rng(1).standard_normal(100))
+    assert (found.failures, found.undecided) == ((lost > 1e-3).sum(), 0)
 
 
 @pytest.mark.parametrize(

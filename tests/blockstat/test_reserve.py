@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from blockstat import (
     Assembly,
     Block,
+    Imperfections,
     JointLaw,
     LoadOutcome,
     Outcome,
@@ -608,3 +609,69 @@ def test_a_joint_narrower_than_its_gap_asks_for_no_larger_tolerance():
     (told,) = [text for text in assess(asm).warnings if "narrower" in text]
     assert '"floor" to "cube", 0.2 mm wide and 0.5 mm open: no tolerance takes them' in told
     assert find_interfaces(asm, gap=0.1).n_interfaces == 0
+
+
+def fan(rise=0.0, at=(0.9, 0.5)):
+    """The overhanging slab with its lower face in triangles about a vertex; the corner at 1.5, 1 may be higher."""
+    lower = [(0.3, 0, 0), (1.5, 0, 0), (1.5, 1, rise), (0.3, 1, 0)]
+    upper = [(x, y, 1.0) for x, y, _ in lower]
+    middle = (*at, 0.0 if not rise else rise * (at[0] - 0.3) / 1.2 * at[1])
+    sides = [[k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k] for k in range(4)]
+    return Block(
+        [*lower, *upper, middle], [[4, 5, 6, 7], *sides, *([(k + 1) % 4, k, 8] for k in range(4))], name="slab"
+    )
+
+
+def with_slab(asm, slab, place=PLACES[0]):
+    """The overhanging scene with another slab in place of the box."""
+    turn, scale, away = place
+    rotation = Rotation.from_rotvec([0, 0, turn]).as_matrix()
+    blocks = [Block(asm.block_vertices(k), asm.faces_of(k), name) for k, name in enumerate(asm.names)]
+    blocks[asm.names.index("slab")] = replace(slab, vertices=scale * np.asarray(slab.vertices) @ rotation.T + away)
+    return Assembly.from_blocks(blocks, supports=["table", "prop"], density=2000.0, friction=0.7)
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("order", [FORWARDS, BACKWARDS])
+@pytest.mark.parametrize("away", [0.0, 0.1])
+def test_a_corner_near_the_rim_of_a_meshed_face_is_a_sliver_in_any_order(order, place, away):
+    """Half a millimetre inside the rim the prop is at a vertex of the mesh, or a tenth of a metre from one."""
+    tip = 1.5 - 5e-4
+    asm = with_slab(overhanging(apex(tip), place=place, order=order)[0], fan(at=(tip - away, 0.5)), place)
+    found = assess(asm, score=False)
+    assert found.outcome is Outcome.STABLE
+    assert any("narrower than 0.001" in text for text in found.warnings)
+    lost = assess(asm, score=False, imperfections=Imperfections(edge=3e-3 * place[1]))
+    assert lost.outcome is Outcome.UNSTABLE
+
+
+@pytest.mark.parametrize("rise", [0.0, 2e-3])
+@pytest.mark.parametrize("off", [4e-4, 2e-3])
+def test_an_edge_of_the_mesh_in_the_middle_of_a_rough_face_is_no_rim(rise, off):
+    """The prop is beside the vertex of the fan, .3 m from the rim, and the facets turn by some tenths of a degree."""
+    tip = 1.2
+    prop = apex(tip + off)
+    slab = fan(rise, at=(tip, 0.5))
+    # The facet from the vertex to the rim at 1.5 is the plane through three of its corners.
+    a, b, c = (np.array(slab.vertices[k], dtype=float) for k in (1, 2, 8))
+    normal = np.cross(b - a, c - a)
+    height = a[2] - normal[:2] @ ((tip + off, 0.5) - a[:2]) / normal[2]
+    prop = replace(prop, vertices=np.asarray(prop.vertices) + (0, 0, height))
+    asm = with_slab(overhanging(prop)[0], slab)
+    for lost in (None, Imperfections(edge="3 mm")):
+        found = assess(asm, score=False, imperfections=lost)
+        assert found.outcome is Outcome.STABLE
+        assert not any("narrower than 0.001" in text for text in found.warnings)
+
+
+def test_a_foot_in_a_notch_is_at_no_rim():
+    """A strut 2 mm from the inner corner of an L leans on a wall: at a re-entrant edge there is stone on both sides."""
+    bed = prism([(-1, -1), (1, -1), (1, 0), (0, 0), (0, 2), (-1, 2)], 1.0, name="bed")
+    foot, top = (2e-3, 0.0), (1.0 - 0.2, 1.5)
+    wall = box((0.8, 0, 1), (1.5, 1, 2), name="wall")
+    strut = prism([foot, (0.25, 0.2), top, (0.45, 1.5)], 1.0, name="strut")
+    asm = Assembly.from_blocks([bed, wall, strut], supports=["bed", "wall"], friction=5.0)
+    problem = posed(asm, gap=1e-6)
+    assert problem.interfaces.contacts["edge"] == 2
+    rims = [k for k in slivers_of(problem).tolist() if 0 in problem.interfaces.pair[k]]
+    assert not rims

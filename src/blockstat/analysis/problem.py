@@ -251,6 +251,7 @@ def pose(
     loads: Loads | None,
     gap: float | str,
     interfaces: Interfaces | None,
+    displaced: bool = False,
 ) -> Problem:
     """Check the input, find the joints and set up the program.
 
@@ -258,6 +259,8 @@ def pose(
     ----------
     assembly, friction, gravity, loads, gap, interfaces
         As in `blockstat.assess`.
+    displaced
+        Whether the given joints are those of blocks that have moved, whose points need not be near both blocks.
 
     Returns
     -------
@@ -267,8 +270,8 @@ def pose(
     Raises
     ------
     InputError
-        When nothing supports the assembly, when blocks overlap, for loads of the wrong shape, or for joints with
-        numbers that are not finite or of blocks that are not in the assembly.
+        When nothing supports the assembly, when blocks overlap, for loads of the wrong shape, or for joints that cannot
+        be those of the assembly.
     """
     changes = {k: v for k, v in (("friction", friction), ("gravity", gravity)) if v is not None}
     assembly = assembly.with_(**changes) if changes else assembly
@@ -276,7 +279,7 @@ def pose(
     if not isinstance(interfaces, Interfaces | None):
         raise InputError(f"interfaces is {interfaces!r}; it must be what find_interfaces returns")
     if interfaces is not None:
-        check_given(assembly, interfaces)
+        check_given(assembly, interfaces, displaced=displaced)
     if interfaces is None or not interfaces.moved:
         check_anchors(assembly)
     load = weight(assembly) + checked_loads(assembly, loads) + given_wrenches(assembly)

@@ -193,7 +193,7 @@ class Population:
             elif acting is not None:
                 acting[held] *= value[part.label[held], None]
         if lost is not None:
-            joints, rows = without_edges(joints, lost)
+            joints, rows = without_edges(joints, lost, assembly)
         changed = assembly.with_(density=density) if (density != assembly.density).any() else assembly
         loads = None if given is None or acting is None else replace(given, beside=acting)
         return Draw(changed, joints, rows, loads, push)

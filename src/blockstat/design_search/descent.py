@@ -160,30 +160,36 @@ class Descent:
         Notes
         -----
         Around the best design so far, the volume is taken as linear and the reserve as the least of the tangents at all
-        designs seen nearby, for it has kinks where one mechanism gives way to another. The linear program that follows
-        gives the next design; where it is no better, the next one is looked for closer by.
+        designs seen nearby, also for other reserves, for it has kinks where one mechanism gives way to another. The
+        linear program that follows gives the next design; where it is no better, the next one is looked for closer by.
 
         References
         ----------
         Kelley, J. E. (1960). The cutting-plane method for solving convex programs. Journal of the Society for
         Industrial and Applied Mathematics 8(4), 703-712.
         """
-        seen = [self.largest()]
-        reach = 1.0
+        seen = [self.largest(), *self._measured_before()]
+        reach, spent = 1.0, 0
 
         def cost(found: Candidate) -> float:
             lacking = max(least + AIM - (found.reserve if found.reserve is not None else -TOP), 0.0)
             return (found.volume or 0.0) / (seen[0].volume or 1.0) + PENALTY * lacking if _built(found) else np.inf
 
-        while self.moved and _built(seen[0]) and len(seen) < DESIGNS and reach > CLOSE:
+        while self.moved and _built(seen[0]) and spent < DESIGNS and reach > CLOSE:
             centre = min(seen, key=cost)
             x, promised = self._step(centre, seen, least, reach)
             if cost(centre) - promised < GAIN:
                 reach /= 4  # tangents at designs further away may stand in the way for no reason
                 continue
             seen.append(self.measured(x))
+            spent += 1
             reach = min(2 * reach, 1.0) if cost(seen[-1]) < cost(centre) else reach / 2
         return min((c for c in seen if _enough(c, least)), key=lambda c: c.volume or 0.0, default=None)
+
+    def _measured_before(self) -> list[Candidate]:
+        """Designs of descents to other reserves: their tangents hold for all of them."""
+        own = self.counted.items()
+        return [c for c in self.evaluator.rows.values() if c.slopes and own <= c.parameters.items()]
 
     def _step(self, centre: Candidate, seen: list[Candidate], least: float, reach: float) -> tuple[Floats, float]:
         """Least cost of the linear model in a box about a design, in scaled parameters, and that cost."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,12 +14,16 @@ from blockstat.typing import Floats, Ints
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Facets whose normals have at least this cosine with that of a contact make up the face that it is on. Chosen: within
-#: eight degrees.
+#: Facets whose normals have at least this cosine with that of a contact, or with each other, are one face, and edges
+#: whose directions have it are one edge. Chosen: within eight degrees.
 ALONG = 0.99
+#: What lies along a face rises by this at most: the sine of the same angle.
+LEVEL = float(np.sqrt(1 - ALONG**2))
 #: Facets and edges of a block are in the plane of a contact when they are no further from it than this, relative to the
 #: smaller block, and its gap. Chosen: parallel faces of a block are further apart.
 IN_PLANE = 1e-3
+#: Sides of a polygon about a quarter of a circle: within a thousandth of it.
+QUARTER = 18
 
 
 class BareContacts:
@@ -33,13 +37,19 @@ class BareContacts:
         Their joints.
     width
         How much the blocks of each joint lose along their rims, shape (n_interfaces,) [m].
+
+    Notes
+    -----
+    A rim of a face is a convex edge at which the surface turns by more than `ALONG`. An edge between facets of a rough
+    face is none, and at a re-entrant one there is stone on both sides.
     """
 
     def __init__(self, assembly: Assembly, interfaces: Interfaces, width: Floats) -> None:
         self._assembly, self._interfaces, self._width = assembly, interfaces, width
         self._first_face = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
-        self._edges: dict[int, Floats] = {}
-        self._near = IN_PLANE * assembly.size[interfaces.pair].min(axis=1)
+        self._size = assembly.size[interfaces.pair].min(axis=1)
+        self._near = IN_PLANE * self._size + interfaces.gap
+        self._edges: dict[int, tuple[Ints, Floats]] = {}
 
     def left(self, joint: int, points: Floats) -> Floats:
         """Return what the lost rims leave of an edge, a corner or a crossing.
@@ -70,24 +80,18 @@ class BareContacts:
         """What lies on faces further from their rims than the width; None where it is on no face."""
         import shapely
 
-        across, width = self._interfaces.frame[joint, 1:], self._width[joint]
-        sides = self._interfaces.pair[joint].tolist()
+        across = self._interfaces.frame[joint, 1:]
         bare = shapely.MultiPoint((points - points[0]) @ across.T).convex_hull
-        if len(points) == 1:
-            # Facets about a blunt corner may lie in the plane of the contact; they are not what it bears on.
-            away = [self._to_corners(joint, block, points[0]) for block in sides]
-            sides = [sides[int(np.argmin(away)) ^ 1]] if min(away) < np.inf else sides
-        found = []
-        for block in sides:
-            rings = [(ring - points[0]) @ across.T for ring in self._facets(joint, block, points[0])]
-            # Facets that touch are one, also where rounding has left a seam between them.
-            room = WIDTH * self._near[joint]
-            face = shapely.union_all([shapely.buffer(shapely.Polygon(ring), room) for ring in rings])
-            if face.intersects(bare):
-                found.append(shapely.intersection(shapely.buffer(face, -width), bare))
-        if not found:
+        sides = self._interfaces.pair[joint].tolist()
+        rims = [self._rims(joint, own, points[0], bare) for own in sides if self._is_on_face(joint, own, points, bare)]
+        if not rims:
             return None
-        left = shapely.get_coordinates(found)
+        # An edge or a corner of a block is on its rims, and bears on the face of the other one. Points are halfway
+        # across the gap, and so beside what they are of where that leans.
+        rounding = WIDTH * self._size[joint] + LEVEL * self._interfaces.gap[joint]
+        others = [own for own in rims if not shapely.buffer(own, rounding).contains(bare)]
+        lost = shapely.buffer(shapely.union_all(others), self._width[joint], quad_segs=QUARTER)
+        left = shapely.get_coordinates(shapely.difference(bare, lost) if others else shapely.Point())
         if len(points) > 1:
             # What is between parts of an edge adds nothing to the forces at their ends.
             along = (points[-1] - points[0]) @ across.T
@@ -95,22 +99,42 @@ class BareContacts:
             left = left[order[[0, -1]]] if len(order) and np.ptp(left @ along) > 0 else left[:0]
         return points[0] + left @ across
 
-    def _to_corners(self, joint: int, block: int, point: Floats) -> float:
-        """Least distance along the plane of a joint to a corner of a block that is in it; infinite without one [m]."""
-        offset = self._assembly.block_vertices(block) - point
-        normal, *across = self._interfaces.frame[joint]
-        level = np.abs(offset @ normal) < self._near[joint] + self._interfaces.gap[joint]
-        return float(np.linalg.norm(offset[level] @ np.transpose(across), axis=1).min(initial=np.inf))
+    def _is_on_face(self, joint: int, block: int, points: Floats, bare: Any) -> bool:
+        """Whether a contact touches a facet of a block that lies along the plane of the joint."""
+        import shapely
 
-    def _facets(self, joint: int, block: int, point: Floats) -> list[Floats]:
-        """Corners of the facets of a block that lie in the plane of a joint, each of shape (n, 3) [m]."""
-        assembly, normal = self._assembly, self._interfaces.frame[joint, 0]
+        assembly, near = self._assembly, self._near[joint]
+        normal, across = self._interfaces.frame[joint, 0], self._interfaces.frame[joint, 1:]
         own = slice(*self._first_face[[block, block + 1]])
-        planes, start = assembly.planes, assembly.face_start
-        # Points are halfway across the gap.
-        off = np.abs((point - planes.centre[own]) @ normal) < self._near[joint] + self._interfaces.gap[joint]
-        rows = self._first_face[block] + np.flatnonzero(off & (np.abs(planes.normal[own] @ normal) > ALONG))
-        return [assembly.vertices[assembly.face_vertices[start[f] : start[f + 1]]] for f in rows]
+        lower, upper = (bound[own] for bound in assembly.face_bounds)
+        close = (lower <= points.max(axis=0) + near).all(axis=1) & (upper >= points.min(axis=0) - near).all(axis=1)
+        along = np.abs(assembly.planes.normal[own] @ normal) > ALONG
+        for face in (own.start + np.flatnonzero(close & along)).tolist():
+            ring = assembly.vertices[assembly.face_vertices[slice(*assembly.face_start[[face, face + 1]])]]
+            if shapely.Polygon((ring - points[0]) @ across.T).distance(bare) <= WIDTH * self._size[joint]:
+                return True
+        return False
+
+    def _rims(self, joint: int, block: int, origin: Floats, bare: Any) -> Any:
+        """Rims of the face of a block that are no further from a contact than the width, in the plane of the joint."""
+        import shapely
+
+        width, normal, across = self._width[joint], *np.split(self._interfaces.frame[joint], [1])
+        ends, inward = self._edges_of(block)
+        edges = self._assembly.vertices[ends] - origin
+        height, flat = edges @ normal[0], edges @ across.T
+        line = np.diff(edges, axis=1)[:, 0]
+        level = np.abs(line @ normal[0]) <= LEVEL * np.linalg.norm(line, axis=1)
+        level &= (np.abs(inward @ normal[0]) <= LEVEL).any(axis=1)
+        sharp = np.einsum("ij,ij->i", inward[:, 0], inward[:, 1]) > -ALONG
+        # Along the face the rim is as far below or above the contact as this at most.
+        beside = self._near[joint] + width * LEVEL / ALONG
+        chosen = level & sharp & (height.min(axis=1) <= beside) & (height.max(axis=1) >= -beside)
+        height, rims = height[chosen], shapely.linestrings(flat[chosen])
+        between = shapely.shortest_line(rims, bare)
+        at = shapely.line_locate_point(rims, shapely.get_point(between, 0), normalized=True)
+        off = np.abs(height[:, 0] + at * (height[:, 1] - height[:, 0]))
+        return shapely.union_all(rims[(shapely.length(between) <= width) & (off <= beside)])
 
     def _left_of_crossing(self, joint: int, points: Floats) -> Floats:
         """The point where two edges cross, unless a slip of the width in the plane of the joint parts them.
@@ -129,28 +153,48 @@ class BareContacts:
 
     def _edge_at(self, joint: int, block: int, point: Floats) -> Floats | None:
         """The ends of the edge of a block that runs in the plane of a joint through a point, shape (2, 3) [m]."""
-        edges = self._edges_of(block) - point
+        ends = self._edges_of(block)[0]
+        edges = self._assembly.vertices[ends] - point
         normal, *across = self._interfaces.frame[joint]
         height, flat = edges @ normal, edges @ np.transpose(across)
-        allowed = self._near[joint] + self._interfaces.gap[joint]
         line = flat[:, 1] - flat[:, 0]
         square = np.einsum("ij,ij->i", line, line)
         share = -np.einsum("ij,ij->i", flat[:, 0], line) / np.where(square > 0, square, 1.0)
         away = np.linalg.norm(flat[:, 0] + np.clip(share, 0.0, 1.0)[:, None] * line, axis=1)
         # The normal is at right angles to both edges: of those that pass nearby the level one is meant.
-        off = np.where((np.abs(height).min(axis=1) < allowed), away + np.abs(np.diff(height, axis=1))[:, 0], np.inf)
-        return self._edges_of(block)[off.argmin()] if off.min(initial=np.inf) < allowed else None
+        near = self._near[joint]
+        off = np.where(np.abs(height).min(axis=1) < near, away + np.abs(np.diff(height, axis=1))[:, 0], np.inf)
+        if not off.min(initial=np.inf) < near:
+            return None
+        return self._assembly.vertices[self._whole_edge(ends, int(off.argmin()))]
 
-    def _edges_of(self, block: int) -> Floats:
-        """The ends of the convex edges of a block, shape (n, 2, 3) [m]."""
+    def _whole_edge(self, ends: Ints, one: int) -> Ints:
+        """The ends of the row of edges that goes on in the direction of one of them."""
+        corner = self._assembly.vertices
+        found = ends[one].copy()
+        unit = corner[found[1]] - corner[found[0]]
+        unit /= np.linalg.norm(unit)
+        for end, ahead in ((0, -unit), (1, unit)):
+            for _ in range(len(ends)):
+                rows, column = np.nonzero(ends == found[end])
+                other = ends[rows, 1 - column]
+                arm = corner[other] - corner[found[end]]
+                turn = arm @ ahead / np.linalg.norm(arm, axis=1)
+                if turn.max(initial=-1.0) < ALONG:
+                    break
+                found[end] = other[turn.argmax()]
+        return found
+
+    def _edges_of(self, block: int) -> tuple[Ints, Floats]:
+        """The convex edges of a block: vertices at their ends, (n, 2), and directions into their faces, (n, 2, 3)."""
         if block not in self._edges:
-            # All blocks of crossings at once: the topology of an assembly costs more than that of a block.
-            crossing = self._interfaces.kinds == ContactKind.CROSSING
-            blocks: Ints = np.union1d(self._interfaces.pair[crossing], block)
+            # All blocks of such contacts at once: the topology of an assembly costs more than that of a block.
+            bare = self._interfaces.kinds != ContactKind.FACE
+            blocks: Ints = np.union1d(self._interfaces.pair[bare], block)
             topology = edge_topology(self._assembly, blocks)
             for own in blocks.tolist():
                 rows = slice(*topology.edge_start[[own, own + 1]])
-                self._edges[own] = self._assembly.vertices[topology.edge[rows]]
+                self._edges[own] = topology.edge[rows], topology.inward[rows]
         return self._edges[block]
 
 

@@ -47,7 +47,7 @@ class Imperfections:
     """
 
     #: what each joint loses along each edge: a length [m], or text: "3 mm", or "5 %" of the joint's least width.
-    #: Edges and corners of other blocks have nothing to bear on along the rims of faces that have lost it.
+    #: Edges and corners of other blocks have nothing to bear on along the rims of faces that have lost a length.
     edge: float | str = 0.0
     friction: float = 1.0  #: divides the coefficients of friction of all joints, at least 1
     #: least and greatest density [kg/m3] by group ("wall" takes "wall.north" along, "*" all); the last that fits counts
@@ -103,14 +103,16 @@ class Imperfections:
         Returns
         -------
         Interfaces
-            Those that are left, without edges, corners and crossings that bear on a lost strip of a face.
+            Those that are left; where the loss is a length, without what of edges, corners and crossings bears on a
+            lost strip of a face.
         """
         loss, relative = self._edge()
         if not loss:
             return interfaces
         check_edges("imperfections", interfaces)
-        depth = loss * least_width(interfaces) if relative else np.full(interfaces.n_interfaces, loss)
-        return lose_edges(interfaces, depth, assembly)
+        if relative:  # of a joint, not of the faces beside it
+            return lose_edges(interfaces, loss * least_width(interfaces))
+        return lose_edges(interfaces, np.full(interfaces.n_interfaces, loss), assembly)
 
 
 @dataclass(frozen=True, eq=False)

@@ -244,7 +244,8 @@ def edge_speeds(interfaces: Interfaces) -> Floats:
     inward *= np.sign(turn)[k, None]
     before = np.empty_like(inward)
     before[following] = inward
-    speed = (inward + before) / (1.0 + np.einsum("ij,ij->i", inward, before))[:, None]
+    with np.errstate(invalid="ignore", divide="ignore"):  # of edges, whose two sides are opposite
+        speed = (inward + before) / (1.0 + np.einsum("ij,ij->i", inward, before))[:, None]
     kind = kinds[k]
     speed = np.where(
         (kind == ContactKind.FACE)[:, None], speed, np.where((kind == ContactKind.EDGE)[:, None], along, 0)

@@ -14,7 +14,7 @@ from blockstat.errors import InputError
 ORTHONORMAL = 1e-5
 
 
-def check_given(assembly: Assembly, interfaces: Interfaces) -> None:
+def check_given(assembly: Assembly, interfaces: Interfaces, *, displaced: bool = False) -> None:
     """Raise InputError for joints that cannot be joints of an assembly.
 
     Parameters
@@ -23,6 +23,8 @@ def check_given(assembly: Assembly, interfaces: Interfaces) -> None:
         The blocks.
     interfaces : Interfaces
         What a caller gives for their joints.
+    displaced : bool
+        Whether blocks have moved, so that points need not be near both blocks.
 
     Raises
     ------
@@ -38,7 +40,7 @@ def check_given(assembly: Assembly, interfaces: Interfaces) -> None:
     """
     for fault in _faults_of_shape(assembly, interfaces):
         raise InputError(f"interfaces: {fault}")
-    for bad, fault in _faults_of_joints(assembly, interfaces) if interfaces.n_interfaces else ():
+    for bad, fault in _faults_of_joints(assembly, interfaces, displaced) if interfaces.n_interfaces else ():
         if bad.any():
             one, two = (f'"{assembly.names[block]}"' for block in interfaces.pair[int(np.argmax(bad))])
             raise InputError(f"interfaces: the joint of {one} and {two} {fault}")
@@ -63,7 +65,7 @@ def _faults_of_shape(assembly: Assembly, given: Interfaces) -> Iterator[str]:
         yield f"start must grow from 0 to the number of points, {points}"
 
 
-def _faults_of_joints(assembly: Assembly, given: Interfaces) -> Iterator[tuple[np.ndarray, str]]:
+def _faults_of_joints(assembly: Assembly, given: Interfaces, displaced: bool) -> Iterator[tuple[np.ndarray, str]]:
     """Which joints are at fault, and how; later ones may assume that earlier ones are none."""
     yield given.pair[:, 0] == given.pair[:, 1], "is of a block with itself"
     yield np.diff(given.start) == 0, "has no points"
@@ -75,8 +77,14 @@ def _faults_of_joints(assembly: Assembly, given: Interfaces) -> Iterator[tuple[n
     yield skew | (np.linalg.det(given.frame) < 0), "has a frame that is not three right-handed axes of length one"
     if given.friction is not None:
         yield ~(given.friction >= 0), "has a friction that is not 0 or more"
+    if not displaced:
+        yield _are_away(assembly, given), "has points that are not near both of them"
+
+
+def _are_away(assembly: Assembly, given: Interfaces) -> np.ndarray:
+    """Which joints have points away from one of their blocks."""
     lower, upper = assembly.bounds
     point, own, away = given.point[:, None], given.pair[given.point_interface], np.zeros(len(given.pair), dtype=bool)
     outside = np.linalg.norm(point - np.clip(point, lower[own], upper[own]), axis=2).max(axis=1)
     away[given.point_interface[outside > assembly.size[own].min(axis=1)]] = True
-    yield away, "has points that are not near both of them"
+    return away

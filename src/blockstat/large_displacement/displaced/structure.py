@@ -241,7 +241,9 @@ class Configuration:
             loads = loads + multiplier * fixed.live_load(self.pose)
         there = displaced_with_slack_ties(fixed.assembly, fixed.with_supports(self.pose, self.parameter))
         there = there if motion is None else _with_ties_in_motion(there, motion)
-        return equilibrium_problem(there, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=self.joints[0])
+        return equilibrium_problem(
+            there, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=self.joints[0], displaced=True
+        )
 
 
 def why_not_followed(assembly: Assembly, interfaces: Interfaces) -> str:
