@@ -130,7 +130,7 @@ class BareContacts:
         # Along the face the rim is as far below or above the contact as this at most.
         beside = self._near[joint] + width * LEVEL / ALONG
         chosen = level & sharp & (height.min(axis=1) <= beside) & (height.max(axis=1) >= -beside)
-        height, rims = height[chosen], shapely.linestrings(flat[chosen])
+        height, rims = height[chosen], np.asarray(shapely.linestrings(flat[chosen]))
         between = shapely.shortest_line(rims, bare)
         at = shapely.line_locate_point(rims, shapely.get_point(between, 0), normalized=True)
         off = np.abs(height[:, 0] + at * (height[:, 1] - height[:, 0]))
