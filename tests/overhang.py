@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from blockstat import Assembly, Block
-from evidence.scenes.small import box
+from evidence.scenes.small import box, prism
 
 FORWARDS, BACKWARDS = (0, 1, 2), (2, 1, 0)
 #: Turned about the vertical, a hundredth in size, far from the origin.
@@ -56,3 +56,17 @@ def ridge(x):
     """A pillar whose roof has a ridge across the slab at a place below it."""
     corners = [(x + a, y, z) for y in (0, 1) for a, z in ((0, 0), (0.3, -1), (-0.3, -1))]
     return Block(np.array(corners, dtype=float), [[0, 2, 1], [3, 4, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]])
+
+
+def one_support(inside, *, edge):
+    """The slab on a foot and, so far from its far rim, on a ridge of the same support, or on its tip: one joint."""
+    tip = 1.5 - inside
+    foot = [(-1, -1), (1.8, -1), (1.8, -0.6), (tip + 0.2, -0.6), (tip, 0), (tip - 0.2, -0.6)]
+    bed = prism([*foot, (0.8, -0.6), (0.8, 0), (-1, 0)], 1.0, name="bed")
+    if not edge:  # one end of the ridge is lower
+        corners = np.array(bed.vertices)
+        corners[4, 2] = -0.3
+        halves = [[face] if len(face) > 4 else [face[:3], [face[0], *face[2:]]] for face in map(list, bed.faces)]
+        bed = replace(bed, vertices=corners, faces=[half for own in halves for half in own])
+    slab = box((0.3, -0.5, 0), (1.5, 1.5, 1), name="slab")
+    return Assembly.from_blocks([bed, slab], supports=["bed"], density=2000.0, friction=0.7)

@@ -36,8 +36,8 @@ from blockstat.contact.features import ContactKind
 from blockstat.imperfection.lost_edges import least_width, lose_edges
 from blockstat.imperfection.lost_patches import corner_speeds, lose_rims
 from evidence.bisection import bisect
-from evidence.scenes.small import arch, assembly, prism, running_bond, stack, trilith
-from overhang import BACKWARDS, FORWARDS, PLACES, apex, beside, overhanging, ridge, rising
+from evidence.scenes.small import arch, assembly, running_bond, stack, trilith
+from overhang import BACKWARDS, FORWARDS, PLACES, apex, beside, one_support, overhanging, ridge, rising
 from point_bodies import ladder
 from tests.crosscheck import test_arch_program as planar
 
@@ -387,16 +387,7 @@ def test_an_edge_keeps_the_part_that_is_on_what_a_face_has_left(place):
 @pytest.mark.parametrize("edge", [False, True])
 def test_an_edge_or_a_corner_beside_a_patch_of_its_pair_goes_with_the_strip_it_is_on(edge):
     """The bed has a foot below the slab and a ridge, or a tip, 2 mm from the far rim of the slab: one joint."""
-    tip = 1.5 - 2e-3
-    foot = [(-1, -1), (1.8, -1), (1.8, -0.6), (tip + 0.2, -0.6), (tip, 0), (tip - 0.2, -0.6)]
-    bed = prism([*foot, (0.8, -0.6), (0.8, 0), (-1, 0)], 1.0, name="bed")
-    if not edge:  # one end of the ridge is lower
-        corners = np.array(bed.vertices)
-        corners[4, 2] = -0.3
-        halves = [[face] if len(face) > 4 else [face[:3], [face[0], *face[2:]]] for face in map(list, bed.faces)]
-        bed = replace(bed, vertices=corners, faces=[half for own in halves for half in own])
-    slab = box((0.3, -0.5, 0), (1.5, 1.5, 1), name="slab")
-    asm = Assembly.from_blocks([bed, slab], supports=["bed"], density=2000.0, friction=0.7)
+    asm = one_support(2e-3, edge=edge)
     for loss, stands in (("1 mm", True), ("3 mm", False)):
         found = assess(asm, imperfections=Imperfections(edge=loss), score=False)
         assert (found.outcome is Outcome.STABLE) is stands

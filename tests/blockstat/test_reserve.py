@@ -32,7 +32,7 @@ from blockstat.analysis.reserve import (
 )
 from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings
 from evidence.scenes.small import assembly, box, pinched, prism
-from overhang import BACKWARDS, FORWARDS, PLACES, apex, beside, overhanging, rising
+from overhang import BACKWARDS, FORWARDS, PLACES, apex, beside, one_support, overhanging, rising
 
 GROUND = box((-9, -9, -1), (9, 9, 0), name="ground")
 
@@ -360,16 +360,7 @@ def _on_edge(x, turn):
 @pytest.mark.parametrize("edge", [False, True])
 def test_a_corner_or_an_edge_beside_a_patch_of_its_pair_is_a_sliver_on_a_rim(edge, inside, sliver):
     """One support has a foot below the slab and a ridge at the far rim, or its tip: one joint of two parts."""
-    ridge, r = 1.5 - inside, 0.2
-    foot = [(-1, -1), (1.8, -1), (1.8, -0.6), (ridge + r, -0.6), (ridge, 0), (ridge - r, -0.6)]
-    bed = prism([*foot, (0.8, -0.6), (0.8, 0), (-1, 0)], 1.0, name="bed")
-    if not edge:  # one end of the ridge is lower
-        corners = np.array(bed.vertices)
-        corners[4, 2] = -0.3
-        halves = [[face] if len(face) > 4 else [face[:3], [face[0], *face[2:]]] for face in map(list, bed.faces)]
-        bed = replace(bed, vertices=corners, faces=[half for own in halves for half in own])
-    slab = box((0.3, -0.5, 0), (1.5, 1.5, 1), name="slab")
-    asm = Assembly.from_blocks([bed, slab], supports=["bed"], density=2000.0, friction=0.7)
+    asm = one_support(inside, edge=edge)
     verdict = assess(asm)
     assert verdict.outcome is Outcome.STABLE
     assert verdict.interfaces.n_interfaces == 1
