@@ -178,9 +178,6 @@ def same(found, expected):
         assert min(np.abs(found - r).max(axis=1).min() for r in (row, swapped)) < 1e-9
 
 
-COUNTS = np.zeros(3, dtype=int)
-
-
 def agrees(asm, pairs, allowed):
     """How many edges, corners and crossings there are, if they are those of the definition."""
     search = search_of(asm, pairs, Tolerances(np.asarray(allowed), 1e-9, STEEP), rims=False)
@@ -203,15 +200,13 @@ def agrees(asm, pairs, allowed):
 
 @pytest.mark.parametrize("seed", range(24))
 def test_features_are_those_that_touch_by_definition(seed):
-    COUNTS[:] += agrees(scene(seed), PAIRS, [0.3, 0.25, 0.2])
+    agrees(scene(seed), PAIRS, [0.3, 0.25, 0.2])
 
 
 def test_the_scenes_above_have_contacts_of_every_kind():
-    for seed in range(24):
-        test_features_are_those_that_touch_by_definition(seed)
-        if COUNTS.min() > 5:
-            return
-    pytest.fail(f"edges, corners, crossings: {COUNTS.tolist()}")
+    """Otherwise the test of single scenes says nothing."""
+    counts = np.sum([agrees(scene(seed), PAIRS, [0.3, 0.25, 0.2]) for seed in range(24)], axis=0)
+    assert (counts > 0).all()
 
 
 # Without a unique normal.
