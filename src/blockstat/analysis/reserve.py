@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -223,14 +224,14 @@ def _narrow_joints(problem: Problem, interfaces: Interfaces) -> dict[int, _Narro
     narrow = (interfaces.area > 0) & (interfaces.area < least * length)
     edges = interfaces.kinds == ContactKind.EDGE
     narrow |= edges & (length < least)
-    bare = BareContacts(problem.assembly, interfaces, least)
+    bare = cache(lambda: BareContacts(problem.assembly, interfaces, least))  # most scenes have patches alone
     for k in np.flatnonzero(interfaces.kinds != ContactKind.FACE).tolist():
-        narrow[k] |= not len(bare.left(k, interfaces.point[interfaces.start[k] : interfaces.start[k + 1]]))
+        narrow[k] |= not len(bare().left(k, interfaces.point[interfaces.start[k] : interfaces.start[k + 1]]))
     parts = _parts_of_narrow(interfaces, narrow, least)
     found = {}
     for k in sorted({*np.flatnonzero(narrow).tolist(), *parts}):
         points = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]]
-        own_parts = [part for part in parts.get(k, []) if len(part) > 2 or len(bare.left(k, part))]
+        own_parts = [part for part in parts.get(k, []) if len(part) > 2 or len(bare().left(k, part))]
         own = _what_is_wide(points, own_parts, interfaces.frame[k, 1:], float(least[k]))
         if own.beyond.any():
             found[k] = own
