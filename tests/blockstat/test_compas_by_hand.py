@@ -8,8 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from blockstat import InputError, InputWarning, JointLaw, read, write
-from blockstat.io.compas import ASSEMBLY, GROUP, MESH, MODEL, compas_parts
-from blockstat.io.compas_write import CompasJoint, write_compas
+from blockstat.io.compas.objects import ASSEMBLY, GROUP, MESH, MODEL
+from blockstat.io.compas.read import compas_parts
+from blockstat.io.compas.write import CompasJoint, write_compas
 from evidence.scenes.small import assembly, box
 
 CORNERS = np.array([(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 4.0)])

@@ -9,7 +9,7 @@ import pytest
 
 from blockstat import Assembly, Block, InputError, JointLaw, Tie, load_scene, read, scene_from, scene_text, write
 from blockstat.errors import InputWarning, NoSupportError
-from blockstat.io.compas import is_compas
+from blockstat.io.compas.read import is_compas
 from blockstat.io.files import read_parts
 from blockstat.io.folder import folder_parts
 from blockstat.io.mesh import block_mesh, mesh_parts, read_whole

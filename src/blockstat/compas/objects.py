@@ -7,7 +7,7 @@ normal and points from node u to node v of the edge (u, v).
 
 Sources: `compas_assembly.datastructures.Assembly`, `compas_model.models.Model`, `compas_cra.equilibrium.cra_helper`
 (the signs) and `compas_model.algorithms.contacts` (the direction of frames), in the versions that
-`blockstat.io.compas` names.
+`blockstat.io.compas.objects` names.
 """
 
 from __future__ import annotations

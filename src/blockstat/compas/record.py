@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.compas.objects import Recorded, Source
 from blockstat.errors import InputError
-from blockstat.io.compas_write import CompasJoint
+from blockstat.io.compas.write import CompasJoint
 from blockstat.typing import Floats
 
 #: Names of the components in COMPAS: compression, tension, along x and along y.

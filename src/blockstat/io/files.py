@@ -78,7 +78,7 @@ def _parts(path: Path, supports: Iterable[int | str] | None, units: str | None) 
     if not path.stat().st_size:
         raise InputError("the file is empty")
     if path.suffix.lower() == ".json":
-        from blockstat.io.compas import compas_parts, is_compas
+        from blockstat.io.compas.read import compas_parts, is_compas
         from blockstat.io.native import load_json, native_parts
 
         data = load_json(path)
@@ -277,7 +277,7 @@ def _write_file(
     assembly: Assembly, path: Path, format: str | None, values: Mapping[str, Any], frame: tuple[str, str]
 ) -> None:
     if format in ("compas-assembly", "compas-model"):
-        from blockstat.io.compas_write import write_compas
+        from blockstat.io.compas.write import write_compas
 
         write_compas(assembly, path, format)
     elif path.suffix.lower() == ".json":

@@ -72,7 +72,7 @@ def write_verdict(verdict: Verdict, path: str | Path, *, format: str = "compas-a
 
 def _write_compas(verdict: Verdict, path: Path, format: str) -> Path:
     from blockstat.compas.record import MOTION, joints_of, motion_of
-    from blockstat.io.compas_write import write_compas
+    from blockstat.io.compas.write import write_compas
     from blockstat.system.writing import check_directory, written_whole
 
     check_directory(path)

@@ -1,4 +1,4 @@
-"""Write COMPAS 2 JSON, as `blockstat.io.compas` describes it.
+"""Write COMPAS 2 JSON, as `blockstat.io.compas.objects` describes it.
 
 Names, supports and groups are where COMPAS has them. Densities are materials of a model; COMPAS has no place for
 densities in an assembly, nor for friction and gravity, so these are attributes of the meshes and of the graph, which
@@ -16,7 +16,7 @@ from uuid import NAMESPACE_OID, uuid5
 
 import numpy as np
 
-from blockstat.io.compas import ASSEMBLY, BLOCK_MODEL, GROUP, MESH, MODEL
+from blockstat.io.compas.objects import ASSEMBLY, BLOCK_MODEL, GROUP, MESH, MODEL
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
