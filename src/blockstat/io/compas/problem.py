@@ -150,11 +150,6 @@ class FileProblem:
         ------
         InputError
             Naming each load that cannot be read.
-
-        Warns
-        -----
-        InputWarning
-            Where there are cases.
         """
         loads: dict[str, dict[str, Any]] = {}
         cases: dict[str, dict[str, Any]] = {}
@@ -166,9 +161,6 @@ class FileProblem:
                 if table:
                     loads[label], factors[label] = table, factor
             cases[name] = {"factors": factors}
-        if cases:
-            text = "the weight alone acts unless a case is asked for; cases with the loads of the problem are: "
-            warnings.warn(InputWarning(text + ", ".join(cases)), stacklevel=5)
         return {"loads": loads, "cases": cases} if cases else {}
 
 
@@ -312,7 +304,7 @@ def _corners(polygon: CompasObject, label: str) -> Floats:
         corners = np.array([_bare(point) for point in listed], dtype=float)
     except (TypeError, ValueError):
         corners = np.empty(0)
-    if corners.ndim != 2 or corners.shape[1] != 3 or len(corners) < 3:
+    if corners.shape[1:] != (3,) or len(corners) < 3:
         raise InputError(f"{label}: a polygon needs three corners of three coordinates, at least")
     return corners
 
