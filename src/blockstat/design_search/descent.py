@@ -30,6 +30,8 @@ MOST = 64
 AIM = NARROW
 #: Where a design does not stand in the dynamic verifier, this much reserve more is asked for, then twice that, ...
 MORE, TRIES = 0.01, 6
+#: Where one stands at last, so many times the middle is tried between its reserve and that of the last one that fell.
+HALVINGS = 2
 #: Where no more reserve helps, designs met on the way are tried, each so many times heavier than the last that fell.
 HEAVIER = 1.05
 #: Price of reserve that is lacking, in volumes of the largest design; more than any reserve costs.
@@ -309,24 +311,45 @@ def lightest(evaluator: Evaluator, margin: Margin, *, snap: bool = False) -> Val
     InputError
         For more combinations of what is counted than `MOST`.
     """
-    queue: list[tuple[float, int, int, float, Candidate, Descent]] = []
+    queue: list[tuple[float, int, int, float, float, Candidate, Descent]] = []
 
-    def push(number: int, tries: int, least: float, descent: Descent) -> None:
-        found = descent.down(least)
-        if found is not None and snap:
-            found = descent.snapped(found, least)
+    def push(number: int, tries: int, fallen: float, least: float, descent: Descent) -> None:
+        found = _descended(descent, least, snap)
         if found is not None and found.volume is not None:
-            heapq.heappush(queue, (found.volume, number, tries, least, found, descent))
+            heapq.heappush(queue, (found.volume, number, tries, fallen, least, found, descent))
 
     for number, descent in enumerate(descents(evaluator, margin)):
-        push(number, 0, margin.least, descent)
+        push(number, 0, margin.least, margin.least, descent)
     while queue:
-        _, number, tries, least, found, descent = heapq.heappop(queue)
+        _, number, tries, fallen, least, found, descent = heapq.heappop(queue)
         if evaluator.offer(found.parameters).stands:
-            return found.parameters
+            return _between(evaluator, descent, fallen, least, found, snap=snap).parameters
         if tries < TRIES:
-            push(number, tries + 1, max(least, found.reserve or 0.0) + MORE * 2**tries, descent)
+            fallen = max(least, found.reserve or 0.0)
+            push(number, tries + 1, fallen, fallen + MORE * 2**tries, descent)
     return _met(evaluator, margin.least, snap=snap)
+
+
+def _descended(descent: Descent, least: float, snap: bool) -> Candidate | None:
+    """The lightest design of a descent that has a reserve, on the steps of the ranges where these are asked for."""
+    found = descent.down(least)
+    return descent.snapped(found, least) if found is not None and snap else found
+
+
+def _between(
+    evaluator: Evaluator, descent: Descent, fallen: float, least: float, stands: Candidate, *, snap: bool
+) -> Candidate:
+    """The lightest that stands of a design and those with reserves between its own and that of the last that fell."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (fallen + least)
+        found = _descended(descent, middle, snap) if fallen < least else None
+        if found is None or (found.volume or 0.0) >= (stands.volume or 0.0):
+            break
+        if evaluator.offer(found.parameters).stands:
+            least, stands = middle, found
+        else:
+            fallen = max(middle, found.reserve or 0.0)
+    return stands
 
 
 def _met(evaluator: Evaluator, least: float, *, snap: bool) -> Values | None:
