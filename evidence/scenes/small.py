@@ -34,6 +34,14 @@ def prism(outline, depth: float, **options) -> Block:
     return Block(np.array(corners, dtype=float), faces, **options)
 
 
+def bevelled(width: float, degrees: float, scale: float = 1.0) -> Assembly:
+    """A slab of 0.05 x 3 x 3 m whose foot is flat but for bevels of a width along its long edges, on the ground."""
+    rise, half = width * np.tan(np.radians(degrees)), 0.025
+    foot = [(width - half, 0), (half - width, 0), (half, rise), (half, 3), (-half, 3), (-half, rise)]
+    ground = box((-9 * scale, -9 * scale, -scale), (9 * scale, 9 * scale, 0), name="ground")
+    return assembly([ground, prism(scale * np.array(foot), 3 * scale, name="slab")], supports=["ground"])
+
+
 def pitted(slab: float, thick: float, pit: float, deep: float, **options) -> Block:
     """A square slab below z = 0 with a square pit, given by half their widths; less than 0 deep it is a pedestal."""
     rings = ((-thick, slab), (0, slab), (0, pit), (-deep, pit))

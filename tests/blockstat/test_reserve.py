@@ -24,14 +24,14 @@ from blockstat.analysis import limit_load as limits
 from blockstat.analysis.problem import pose
 from blockstat.analysis.reserve import (
     SLIVER,
-    loaded_slivers,
+    Doubtful,
+    doubt_warning,
+    doubtful_joints,
     neutral_warning,
-    sliver_warning,
-    slivers_of,
     without_slivers,
 )
 from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings
-from evidence.scenes.small import assembly, box, pinched, prism
+from evidence.scenes.small import assembly, bevelled, box, pinched, prism
 from overhang import BACKWARDS, FORWARDS, PLACES, apex, beside, one_support, overhanging, rising
 
 GROUND = box((-9, -9, -1), (9, 9, 0), name="ground")
@@ -157,16 +157,16 @@ def test_a_joint_is_a_sliver_below_a_thousandth_of_the_smaller_block(scale):
         rows = [k for k, pair in enumerate(joints.pair.tolist()) if pair == [1, 2]]
         assert len(rows) == 1
         forces = np.zeros((joints.n_points, 3))
-        assert len(loaded_slivers(problem, forces)) == 0
+        assert len(doubtful_joints(problem, forces).slivers) == 0
         forces[:, 0] = 0.1
-        assert len(loaded_slivers(problem, forces)) == found
+        assert len(doubtful_joints(problem, forces).slivers) == found
         if found:
-            assert loaded_slivers(problem, forces).tolist() == rows
+            assert doubtful_joints(problem, forces).slivers.tolist() == rows
             own = slice(joints.start[rows[0]], joints.start[rows[0] + 1])
             for load, loaded in ((0.9e-9, False), (1.1e-9, True)):
                 forces[own] = 0.0
                 forces[joints.start[rows[0]], 1] = load  # of the weight of 1
-                assert (len(loaded_slivers(problem, forces)) == 1) is loaded
+                assert (len(doubtful_joints(problem, forces).slivers) == 1) is loaded
 
 
 def on_a_lip(height, *, mu=0.5):
@@ -234,7 +234,7 @@ def test_an_edge_shorter_than_a_thousandth_of_the_smaller_block_is_a_sliver_and_
         count = np.concatenate([[0, 2], 2 + np.cumsum(np.diff(joints.start)[1:])])
         point = np.concatenate([point[:2], point[joints.start[1] :]])
         bare = replace(joints, kind=np.array([kind, 0]), area=np.array([0.0, 0.3]), point=point, start=count)
-        assert slivers_of(posed(asm, interfaces=bare)).tolist() == found
+        assert doubtful_joints(posed(asm, interfaces=bare), None).slivers.tolist() == found
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.3])
@@ -256,7 +256,7 @@ def test_an_edge_that_lies_on_a_face_by_less_than_a_sliver_is_one(inside, sliver
     keel = Assembly.from_blocks(blocks, supports=["l", "r"], density=1.0, gravity=rotation @ (0, 0, -1.0))
     problem = posed(keel)
     assert problem.interfaces.contacts["edge"] == 2
-    named = problem.interfaces.pair[slivers_of(problem)].tolist()
+    named = problem.interfaces.pair[doubtful_joints(problem, None).slivers].tolist()
     assert named == ([[0, 2]] if sliver else [])
     verdict = assess(keel)
     assert verdict.outcome is Outcome.STABLE
@@ -324,7 +324,7 @@ def test_a_blunt_corner_near_the_rim_is_a_sliver_as_a_sharp_one_is():
         asm, _ = overhanging(apex(1.5 - inside, slope=2e-3, depth=2e-3 / 3))
         problem = posed(asm, gap=1e-6)
         assert problem.interfaces.contacts["corner"] == 1
-        assert (len(slivers_of(problem)) == 1) is sliver
+        assert (len(doubtful_joints(problem, None).slivers) == 1) is sliver
 
 
 def test_a_limit_that_a_corner_on_a_rim_carries_is_told_with_what_is_carried_without_it():
@@ -368,14 +368,48 @@ def test_a_corner_or_an_edge_beside_a_patch_of_its_pair_is_a_sliver_on_a_rim(edg
     assert any("narrower" in text for text in verdict.warnings) is sliver
 
 
+@pytest.mark.parametrize(("width", "degrees"), [(0.01, 4), (0.02, 2), (0.005, 8)])
+@pytest.mark.parametrize("scale", [1.0, 30.0])
+def test_what_a_limit_is_without_bevels_that_count_as_bearing_is_told(width, degrees, scale):
+    """The slab tips about the rim of its flat foot: half its width over the height of the centroid, and falls on then.
+
+    It has to turn by the slope of the bevel before that bears, and topples after less.
+    """
+    asm = bevelled(width, degrees, scale)
+    exact = (0.025 - width) * scale / asm.centroid[1, 2]
+    (told,) = [text for text in limit_load(asm, (1, 0, 0)).warnings if "only with joints" in text]
+    assert 'only with joints that do not quite close: "ground" to "slab"; without them it is ' in told
+    assert float(told.split()[-1]) == pytest.approx(exact, rel=1e-4)
+    leans = asm.with_(gravity=(1.2 * exact * 9.81, 0.0, -9.81))
+    verdict = assess(leans)
+    assert verdict.outcome is Outcome.STABLE
+    assert any("stable only with joints that do not quite close" in text for text in verdict.warnings)
+    assert assess(leans, gap=1e-5).outcome is Outcome.UNSTABLE
+
+
+def test_bevels_that_carry_nothing_that_matters_are_told_to_be_open_and_no_more():
+    verdict = assess(bevelled(0.005, 8))
+    assert [text.split(" joints")[0] for text in verdict.warnings] == ["2 of 3"]
+
+
+@pytest.mark.parametrize("n", [60, 128])
+def test_the_limit_of_a_drum_without_the_facets_that_do_not_close_is_told(n):
+    """A drum of radius 1 m with n facets rolls over the edge of the lowest one, at tan(pi / n)."""
+    turns = (np.arange(n) + 0.5) * 2 * np.pi / n
+    rim = np.column_stack([np.sin(turns), np.cos(np.pi / n) - np.cos(turns)])
+    asm = assembly([GROUND, prism(rim, 1.0, name="drum")], supports=["ground"])
+    (told,) = [text for text in limit_load(asm, (1, 0, 0)).warnings if "only with joints" in text]
+    assert float(told.split()[-1]) == pytest.approx(np.tan(np.pi / n), rel=1e-4)
+
+
 def test_slivers_are_named_up_to_three():
     blocks = [GROUND, *(box((2 * k, 0, 0), (2 * k + 1, 1, 1), name=f"b{k}") for k in range(5))]
     problem = posed(assembly(blocks, supports=["ground"]))
-    (text,) = sliver_warning(problem, np.arange(2))
+    (text,) = doubt_warning(problem, Doubtful(np.arange(2), np.arange(0)))
     assert text.startswith('stable only with joints narrower than 0.001 of their smaller block: "ground" to "b0", ')
     assert '"ground" to "b1"; without them it is not proven stable' in text
-    assert '"b2"; without' in sliver_warning(problem, np.arange(3))[0]
-    assert '"b2" and 2 more; without' in sliver_warning(problem, np.arange(5))[0]
+    assert '"b2"; without' in doubt_warning(problem, Doubtful(np.arange(3), np.arange(0)))[0]
+    assert '"b2" and 2 more; without' in doubt_warning(problem, Doubtful(np.arange(5), np.arange(0)))[0]
 
 
 def test_interfaces_without_some_keep_all_that_belongs_to_the_others():
@@ -664,5 +698,5 @@ def test_a_foot_in_a_notch_is_at_no_rim():
     asm = Assembly.from_blocks([bed, wall, strut], supports=["bed", "wall"], friction=5.0)
     problem = posed(asm, gap=1e-6)
     assert problem.interfaces.contacts["edge"] == 2
-    rims = [k for k in slivers_of(problem).tolist() if 0 in problem.interfaces.pair[k]]
+    rims = [k for k in doubtful_joints(problem, None).slivers.tolist() if 0 in problem.interfaces.pair[k]]
     assert not rims

@@ -13,11 +13,11 @@ from blockstat.analysis.coulomb import FAMILY, CoulombState, coulomb_state, stat
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed, with_joints
 from blockstat.analysis.reserve import (
-    loaded_slivers,
+    doubt_warning,
+    doubtful_joints,
     neutral_blocks,
     neutral_warning,
-    sliver_warning,
-    without_slivers,
+    without_doubtful,
 )
 from blockstat.analysis.rims import falling_freely, gap_warnings, judged_with_rims, overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
@@ -177,7 +177,7 @@ def judged(
     loads, solver, flow, tightnesses, memory, score
         As in `assess`; the loads are those that the problem was posed with.
     reserve
-        False does not ask whether a stable assembly is balanced without reserve, nor whether it rests on slivers.
+        False does not ask whether a stable assembly is balanced without reserve, nor which doubtful joints it rests on.
     guess
         Forces from which to look for forces in balance first, in the units of the program, shape (m, 3).
     kinds
@@ -340,13 +340,15 @@ def _solved(
 
 
 def _with_reserve(problem: Problem, verdict: Verdict, checked: Answer, loads: Loads | None, solver: str) -> Verdict:
-    """A stable verdict with what it has no reserve against, and the slivers that it rests on."""
+    """A stable verdict with what it has no reserve against, and the doubtful joints that it rests on."""
     neutral = neutral_blocks(problem, checked, solver=solver)
     warnings = neutral_warning(problem, neutral)
-    slivers = loaded_slivers(problem, verdict.forces)
-    if len(slivers):
-        bare = assess(problem.assembly, loads=loads, interfaces=without_slivers(problem), solver=solver, score=False)
-        warnings += [] if bare.outcome is Outcome.STABLE else sliver_warning(problem, slivers)
+    doubtful = doubtful_joints(problem, verdict.forces)
+    if doubtful.any:
+        sure = without_doubtful(problem, doubtful)
+        posed = with_joints(problem, sure, loads)
+        bare = judged(posed, loads=loads, solver=solver, score=False, reserve=False)
+        warnings += [] if bare.outcome is Outcome.STABLE else doubt_warning(problem, doubtful)
     return replace(verdict, neutral=neutral, warnings=(*verdict.warnings, *warnings)) if warnings else verdict
 
 

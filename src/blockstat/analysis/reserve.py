@@ -1,4 +1,6 @@
-"""What a stable verdict has in reserve: whether it is balanced, and whether it, or a limit load, rests on slivers.
+"""What a stable verdict has in reserve: whether it is balanced, and on which doubtful joints it or a limit load rests.
+
+A joint is doubtful if it is a sliver, or if it does not quite close.
 
 An assembly withstands any small load more if and only if `-w` lies inside `A K`, the loads that the contacts can
 balance. It does not where a block can move without moving a contact point (`blockstat.certificate.neutral`), or where
@@ -19,12 +21,14 @@ from scipy import sparse
 from blockstat.analysis.decision import solve_margin_locally
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.verdict import corner_speed
+from blockstat.assembly import Assembly
 from blockstat.certificate.check import FORCE_TOLERANCE, balance, force_errors
 from blockstat.certificate.neutral import ON_A_LINE, loose_blocks
 from blockstat.contact.coplanar import Parts, Patch, Patches
 from blockstat.contact.faces import convex_pieces, opened, outline_hull
 from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import WIDTH, Interfaces
+from blockstat.contact.tolerance import LOOSE
 from blockstat.geometry import clipping
 from blockstat.geometry.components import connected_components
 from blockstat.imperfection.bare_contacts import BareContacts
@@ -159,49 +163,73 @@ def neutral_warning(problem: Problem, neutral: Ints, limit: int = 3) -> list[str
     return [f"balanced: in equilibrium without reserve; nothing resists a small push that moves {names}"]
 
 
-def slivers_of(problem: Problem) -> Ints:
-    """Find the joints that are slivers, or have some that reach beyond the rest of them.
-
-    Slivers are patches narrower than `SLIVER` of the smaller block, arms of patches that are as narrow, edges that are
-    shorter, edges and corners that lie on a face no further from its rim, and edges that cross where a slip no longer
-    than this parts them.
+def loose_joints(assembly: Assembly, interfaces: Interfaces) -> np.ndarray:
+    """Tell which joints do not quite close.
 
     Parameters
     ----------
-    problem
-        The posed problem.
+    assembly
+        The blocks.
+    interfaces
+        Their joints.
 
     Returns
     -------
-    Ints
-        Numbers of the interfaces, ascending.
+    array of bool, shape (n_interfaces,)
+        True for a joint that is open by more than `LOOSE` of its smaller block, or of its own width if it is narrower.
+
+    Notes
+    -----
+    Before a patch of width b that is open by g bears, one of the blocks turns by up to g / b. So the share of the width
+    is an angle, and what turns by less than it loses no more than that share of an arm.
     """
-    return np.array(sorted(_narrow_joints(problem, problem.interfaces)), dtype=np.int64)
+    least = assembly.size[interfaces.pair].min(axis=1)
+    if interfaces.n_interfaces:
+        width = interfaces.area / np.maximum(_diagonals(interfaces.point, interfaces.start[:-1]), 1e-300)
+        least = np.where(interfaces.area > 0, np.minimum(least, width), least)
+    return interfaces.gap > LOOSE * least
 
 
-def loaded_slivers(problem: Problem, forces: Floats) -> Ints:
-    """Find the joints that carry load on slivers.
+class Doubtful(NamedTuple):
+    """Joints that an answer may not rest on, by number, ascending."""
+
+    slivers: Ints
+    loose: Ints  #: those that do not quite close
+
+    @property
+    def any(self) -> bool:
+        """Whether there are some."""
+        return bool(len(self.slivers) or len(self.loose))
+
+
+def doubtful_joints(problem: Problem, forces: Floats | None) -> Doubtful:
+    """Find the doubtful joints that carry load.
 
     Parameters
     ----------
     problem
         The posed problem.
     forces
-        Shape (n_points, 3) [N].
+        Shape (n_points, 3) [N]; None where those that count are not at hand, for all doubtful joints.
 
     Returns
     -------
-    Ints
-        Numbers of the interfaces, ascending.
+    Doubtful
+        Joints with load on slivers, and joints with load that do not quite close.
     """
     interfaces = problem.interfaces
+    narrow, loose = _narrow_joints(problem, interfaces), np.flatnonzero(loose_joints(problem.assembly, interfaces))
+    if forces is None:
+        return Doubtful(np.array(sorted(narrow), dtype=np.int64), loose)
     own = np.where(problem.assembly.support, np.inf, np.linalg.norm(problem.load[:, :3], axis=1))
-    loaded = []
-    for k, narrow in sorted(_narrow_joints(problem, interfaces).items()):
-        carried = np.linalg.norm(forces[interfaces.start[k] : interfaces.start[k + 1]][narrow.beyond], axis=1).sum()
-        if carried > FORCE_TOLERANCE * own[interfaces.pair[k]].min():
-            loaded.append(k)
-    return np.array(loaded, dtype=np.int64)
+    least = FORCE_TOLERANCE * own[interfaces.pair].min(axis=1)
+    carried = np.linalg.norm(forces, axis=1)
+
+    def loaded(k: int, points: np.ndarray | slice = slice(None)) -> bool:
+        return bool(carried[interfaces.start[k] : interfaces.start[k + 1]][points].sum() > least[k])
+
+    slivers = [k for k, own_narrow in sorted(narrow.items()) if loaded(k, own_narrow.beyond)]
+    return Doubtful(np.array(slivers, dtype=np.int64), loose[[loaded(k) for k in loose.tolist()]])
 
 
 class _Narrow(NamedTuple):
@@ -215,7 +243,10 @@ class _Narrow(NamedTuple):
 def _narrow_joints(problem: Problem, interfaces: Interfaces) -> dict[int, _Narrow]:
     """The joints among some interfaces of a problem that have slivers, by number.
 
-    A strip along the rim of what is wide is none: it moves an arm by its width at most, which is nothing.
+    Slivers are patches narrower than `SLIVER` of the smaller block, arms of patches that are as narrow, edges that are
+    shorter, edges and corners that lie on a face no further from its rim, and edges that cross where a slip no longer
+    than this parts them. A strip along the rim of what is wide is none: it moves an arm by its width at most, which is
+    nothing.
     """
     if not interfaces.n_interfaces:
         return {}
@@ -356,23 +387,43 @@ def _area(polygon: Floats) -> float:
     return float(clipping.area(polygon[None], np.array([len(polygon)]))[0])
 
 
-def sliver_warning(
-    problem: Problem, slivers: Ints, answer: str = "stable", bare: str = "it is not proven stable", limit: int = 3
-) -> list[str]:
-    """Say which slivers an answer rests on.
+def without_doubtful(problem: Problem, doubtful: Doubtful) -> Interfaces:
+    """Return the interfaces of a problem without its slivers, without its joints that do not quite close, or both.
 
     Parameters
     ----------
     problem
         The posed problem.
-    slivers
-        Numbers of the interfaces, at least one.
+    doubtful
+        Of each kind that it has all are left out.
+
+    Returns
+    -------
+    Interfaces
+        As of `without_slivers`.
+    """
+    whole = problem.interfaces if problem.undivided is None else problem.undivided
+    interfaces = without_slivers(problem) if len(doubtful.slivers) else whole
+    return interfaces.subset(~loose_joints(problem.assembly, interfaces)) if len(doubtful.loose) else interfaces
+
+
+def doubt_warning(
+    problem: Problem, doubtful: Doubtful, answer: str = "stable", bare: str = "it is not proven stable", limit: int = 3
+) -> list[str]:
+    """Say which doubtful joints an answer rests on.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    doubtful
+        The joints, at least one.
     answer
         What is so with them.
     bare
         What is so without them.
     limit
-        Most joints that are named.
+        Most joints of each kind that are named.
 
     Returns
     -------
@@ -380,15 +431,21 @@ def sliver_warning(
         One sentence.
     """
     names = problem.assembly.names
-    pairs = [f'"{names[a]}" to "{names[b]}"' for a, b in problem.interfaces.pair[slivers].tolist()]
-    joints = f"joints narrower than {SLIVER:g} of their smaller block: {listed(pairs, limit)}"
-    return [f"{answer} only with {joints}; without them {bare}"]
+    kinds = (
+        (f"joints narrower than {SLIVER:g} of their smaller block", doubtful.slivers),
+        ("joints that do not quite close", doubtful.loose),
+    )
+    listed_kinds = []
+    for words, joints in kinds:
+        pairs = [f'"{names[a]}" to "{names[b]}"' for a, b in problem.interfaces.pair[joints].tolist()]
+        listed_kinds += [f"{words}: {listed(pairs, limit)}"] if pairs else []
+    return [f"{answer} only with {', and '.join(listed_kinds)}; without them {bare}"]
 
 
 def limit_warning(
     problem: Problem, forces: Floats, carried: float, tolerance: float, carried_by: Callable[[Interfaces], float]
 ) -> list[str]:
-    """Say which slivers a limit load rests on, and what is carried without them.
+    """Say which doubtful joints a limit load rests on, and what is carried without them.
 
     Parameters
     ----------
@@ -401,7 +458,7 @@ def limit_warning(
     tolerance
         Largest width of the bracket, relative to its upper end.
     carried_by
-        Gives the multiplier with other interfaces; asked only where a sliver is loaded.
+        Gives the multiplier with other interfaces; asked only where a doubtful joint is loaded.
 
     Returns
     -------
@@ -411,15 +468,14 @@ def limit_warning(
     Notes
     -----
     A strip of `SLIVER` of a block moves an arm by that share, and a limit with it: a smaller difference says nothing.
-    The forces that carry a load without limit are not at hand, so that any sliver may be among those that bear it.
+    The forces that carry a load without limit are not at hand, so that any joint may be among those that bear it.
     """
-    narrow = slivers_of(problem)
-    loaded = narrow if np.isinf(carried) else loaded_slivers(problem, forces)
-    if carried <= 0 or not len(loaded):
+    doubtful = doubtful_joints(problem, None if np.isinf(carried) else forces)
+    if carried <= 0 or not doubtful.any:
         return []
-    bare = carried_by(without_slivers(problem))
+    bare = carried_by(without_doubtful(problem, doubtful))
     if bare >= (1 - SLIVER - tolerance) * carried:
         return []
     words = f"it is {bare:.6g}" if np.isfinite(bare) else "the dead load is not proven to be carried"
     answer = f"the load is carried up to {carried:.6g}" if np.isfinite(carried) else "any multiple is carried"
-    return sliver_warning(problem, loaded, answer, words)
+    return doubt_warning(problem, doubtful, answer, words)

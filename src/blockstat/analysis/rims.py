@@ -8,11 +8,12 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from blockstat.analysis.problem import Problem, crushes
+from blockstat.analysis.reserve import loose_joints
 from blockstat.certificate.falling import falling_blocks
 from blockstat.contact.interfaces import NEAR_MISS, Interfaces, find_interfaces
 from blockstat.contact.overlap.penetration import overlaps
 from blockstat.contact.point_law import point_law
-from blockstat.contact.tolerance import LOOSE, beyond, gap_words, stated_length
+from blockstat.contact.tolerance import beyond, gap_words, stated_length
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.loads import Loads, weighted
@@ -261,7 +262,7 @@ def gap_warnings(problem: Problem, *, more_may_help: bool) -> list[str]:
             "change the answer"
         )
     found += _within_warp(problem) if more_may_help else []
-    loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)
+    loose = loose_joints(assembly, interfaces)
     if loose.any():
         worst = f"{plain(1e3 * interfaces.gap[loose].max(), 2)} mm"
         found.append(f"{loose.sum()} of {len(loose)} joints do not quite close (up to {worst}) and count as touching")

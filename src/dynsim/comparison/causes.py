@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from blockstat.analysis.assess import assess
+from blockstat.analysis.reserve import loose_joints
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
@@ -192,7 +193,7 @@ def find_cause(
         return None
     if dynamic.run.initial_overlap > SETTLED * dynamic.brick_threshold:
         return Cause.GEOMETRY
-    if dynamic.misfit > SETTLED * dynamic.brick_threshold:
+    if dynamic.misfit > SETTLED * dynamic.brick_threshold or _rests_on_open_joints(static, dynamic):
         return Cause.OPEN_JOINTS
     if static.outcome is Outcome.STABLE and coulomb.outcome is Outcome.UNDECIDED and not closely:
         return Cause.UNDECIDED
@@ -236,6 +237,15 @@ def _why_it_stood(
         return Cause.SETTLED
     marginal = static.outcome is Outcome.UNSTABLE and static.score < SCORE
     return Cause.MARGINAL if marginal else Cause.OPEN_STAND
+
+
+def _rests_on_open_joints(static: Verdict, dynamic: DynamicVerdict) -> bool:
+    """Whether an assembly that fell is stable, but not without the joints that do not quite close."""
+    loose = loose_joints(static.assembly, static.interfaces)
+    if static.outcome is not Outcome.STABLE or dynamic.outcome is not DynamicOutcome.FALLS or not loose.any():
+        return False
+    closed = static.interfaces.subset(~loose)
+    return assess(static.assembly, interfaces=closed, score=False).outcome is not Outcome.STABLE
 
 
 def _tips(static: Verdict) -> bool:
