@@ -193,7 +193,7 @@ def find_cause(
         return None
     if dynamic.run.initial_overlap > SETTLED * dynamic.brick_threshold:
         return Cause.GEOMETRY
-    if dynamic.misfit > SETTLED * dynamic.brick_threshold or _rests_on_open_joints(static, dynamic):
+    if dynamic.misfit > SETTLED * dynamic.brick_threshold:
         return Cause.OPEN_JOINTS
     if static.outcome is Outcome.STABLE and coulomb.outcome is Outcome.UNDECIDED and not closely:
         return Cause.UNDECIDED
@@ -206,6 +206,8 @@ def _why_it_fell(coulomb: Verdict, settings: Settings, closely: bool) -> Cause:
     """Return why an assembly fell for which a force field exists."""
     if coulomb.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS:
         return Cause.SELF_STRESS
+    if _rests_on_open_joints(coulomb):
+        return Cause.OPEN_JOINTS
     if closely and _tips(coulomb):
         return Cause.MARGINAL
     if closely:
@@ -239,13 +241,13 @@ def _why_it_stood(
     return Cause.MARGINAL if marginal else Cause.OPEN_STAND
 
 
-def _rests_on_open_joints(static: Verdict, dynamic: DynamicVerdict) -> bool:
-    """Whether an assembly that fell is stable, but not without the joints that do not quite close."""
-    loose = loose_joints(static.assembly, static.interfaces)
-    if static.outcome is not Outcome.STABLE or dynamic.outcome is not DynamicOutcome.FALLS or not loose.any():
+def _rests_on_open_joints(stable: Verdict) -> bool:
+    """Whether an assembly is stable, and not so without the joints that do not quite close."""
+    loose = loose_joints(stable.assembly, stable.interfaces)
+    if stable.outcome is not Outcome.STABLE or not loose.any():
         return False
-    closed = static.interfaces.subset(~loose)
-    return assess(static.assembly, interfaces=closed, score=False).outcome is not Outcome.STABLE
+    closed = stable.interfaces.subset(~loose)
+    return assess(stable.assembly, interfaces=closed, score=False).outcome is not Outcome.STABLE
 
 
 def _tips(static: Verdict) -> bool:
