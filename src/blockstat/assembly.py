@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from typing import Any
+from unicodedata import normalize
 
 import numpy as np
 
@@ -516,6 +517,8 @@ def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, 
         if isinstance(block, str):
             if block not in index and block.isdecimal() and block.isascii() and int(block) < len(names):
                 block = names[int(block)]
+            if block not in index:  # an umlaut is one character or two, which nobody sees
+                block = next((name for name in names if normalize("NFC", name) == normalize("NFC", block)), block)
             if block not in index:
                 raise InputError(f'{what}: no block "{block}"; blocks are: {names_like(names, block)}')
             return index[block]

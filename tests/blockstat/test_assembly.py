@@ -358,3 +358,11 @@ def test_the_lowest_blocks_are_supports():
     # A corner that no face has is no corner of the block.
     stray = Block(np.vstack([beam.vertices, [0, 0, -9]]), beam.faces, "beam")
     assert held(*piers, stray) == {"pier0", "pier4"}
+
+
+def test_a_name_is_found_however_its_letters_are_composed():
+    assembly = Assembly.from_blocks([box((k, 0, 0), (k + 1, 1, 1), name=n) for k, n in enumerate(("a", "W\u00fcrfel"))])
+    assert assembly.blocks_named("Wu\u0308rfel").tolist() == [1]
+    assert assembly.blocks_named(["W\u00fcrfel", 0]).tolist() == [1, 0]
+    with pytest.raises(InputError, match='no block "Wurfel"'):
+        assembly.blocks_named("Wurfel")

@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+import trimesh
 
 from blockstat import Assembly, Block, InputError, JointLaw, Tie, load_scene, read, scene_from, scene_text, write
 from blockstat.errors import InputWarning, NoSupportError
@@ -656,6 +657,18 @@ def test_solids_of_one_mesh_file_are_told_apart_where_they_touch(tmp_path):
     assert glb.options == {"name": "pile", "friction": asm.friction, "gravity": [0.0, 0.0, -1.0]}
 
 
+@pytest.mark.parametrize("suffix", [".stl", ".ply"])
+def test_solids_that_share_no_corner_are_told_apart_in_any_order_of_their_triangles(tmp_path, suffix):
+    solids = [trimesh.creation.box(bounds=[(0.7 * k, 0, 0), (0.7 * k + 0.5, 1, 1 + k)]) for k in range(4)]
+    soup = trimesh.util.concatenate(solids)
+    order = np.random.default_rng(3).permutation(len(soup.faces))
+    mixed = trimesh.Trimesh(soup.vertices, soup.faces[order], process=False)
+    mixed.export(tmp_path / f"mixed{suffix}")
+    blocks = mesh_parts(tmp_path / f"mixed{suffix}", supports=[0]).blocks
+    assert sorted(float(np.ptp(b.vertices[:, 2])) for b in blocks) == pytest.approx([1, 2, 3, 4])
+    assert all(float(np.ptp(b.vertices[:, 0])) == pytest.approx(0.5) for b in blocks)
+
+
 def test_a_mesh_without_faces_or_with_bad_corners_is_refused(tmp_path):
     path = obj(tmp_path, "v 0 0 0")
     with pytest.raises(InputError, match="the file holds no solid"):
@@ -739,6 +752,19 @@ def test_blocks_of_a_glb_are_in_the_order_of_its_nodes(tmp_path):
     assert places(path) == [("c", 0), ("a", 2), ("b", 4)]
     twelve = [{"name": str(12 - k), "translation": [k, 0, 0]} for k in range(12)]
     assert places(cubes(path, *twelve)) == [(str(12 - k), k) for k in range(12)]
+
+
+def test_objects_of_another_scene_of_a_glb_are_not_left_out_silently(tmp_path):
+    """Only the scene that a file shows is read, as glTF 2.0 (3.5.1) says; nodes of no scene are shown nowhere."""
+    nodes = [{"name": name, "translation": [2 * k, 0, 0]} for k, name in enumerate(("a", "b", "c"))]
+    path = cubes(tmp_path / "two.glb", *nodes, scene=1, scenes=[{"nodes": [1]}, {"nodes": [0, 2]}])
+    with pytest.raises(InputError, match='left out: "b"; export all in one scene'):
+        mesh_parts(path, supports=[0])
+    cubes(path, *nodes, {"name": "group", "children": [1], "mesh": 0}, scenes=[{"nodes": [0]}, {"nodes": [3]}])
+    with pytest.raises(InputError, match='left out: "b", "group"; export'):
+        mesh_parts(path, supports=[0])
+    cubes(path, *nodes, scenes=[{"nodes": [0, 1]}, {"nodes": [0]}])
+    assert places(path) == [("a", 0), ("b", 2)]
 
 
 def test_names_that_nodes_of_a_glb_share_are_numbered_and_told(tmp_path):

@@ -25,7 +25,7 @@ from blockstat.io.names import distinct_names
 from blockstat.io.obj import read_obj, split_solids, write_obj
 from blockstat.io.parts import Parts, chosen_supports, friction_said, is_marked, moved_far_away, rounding_of, spacings
 from blockstat.io.raw import glb, ply, precision, stl
-from blockstat.io.raw.runs import check_corners, closed_runs, with_cavities
+from blockstat.io.raw.runs import check_corners, closed_parts, closed_runs, with_cavities
 from blockstat.system.reading import check_file
 from blockstat.typing import Floats, Ints
 
@@ -260,15 +260,18 @@ def _check_vertices(mesh: trimesh.Trimesh, label: str) -> None:
 
 
 def _closed_runs(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
-    """Cut a soup of triangles into solids: a solid ends where its surface has just closed.
+    """Cut a soup of triangles into solids: those that share no corner, and of others one after the other.
 
-    Corners cannot tell solids apart, because bricks that touch share them.
+    Corners cannot tell all solids apart, because bricks that touch share them: a solid ends where its surface has just
+    closed.
     """
     import trimesh
 
-    _, corner = np.unique(np.round(mesh.vertices, _digits(mesh)), axis=0, return_inverse=True)
+    _, place = np.unique(np.round(mesh.vertices, _digits(mesh)), axis=0, return_inverse=True)
+    numbers = [np.arange(len(mesh.vertices)), place.reshape(-1)]
+    runs: list[Any] = next(filter(None, (closed_parts(n[mesh.faces].tolist(), len(n)) for n in numbers)), [])
+    runs = runs or closed_runs(numbers[1][mesh.faces].tolist())
     solids = []
-    runs = closed_runs(corner.reshape(-1)[mesh.faces].tolist())
     for run in with_cavities(np.asarray(mesh.vertices), mesh.faces.tolist(), runs):
         used, faces = np.unique(mesh.faces[run], return_inverse=True)
         solids.append(trimesh.Trimesh(mesh.vertices[used], faces.reshape(-1, 3), process=False))

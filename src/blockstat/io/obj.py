@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from blockstat.errors import InputError
-from blockstat.geometry.components import connected_components
-from blockstat.io.raw.runs import closed_runs, is_closed, with_cavities
+from blockstat.io.raw.runs import closed_parts, with_cavities
 from blockstat.system.reading import check_file
 
 if TYPE_CHECKING:
@@ -150,29 +149,13 @@ def split_solids(solid: Solid) -> list[Solid]:
     places: dict[tuple[float, float, float], int] = {}
     place = [places.setdefault(vertex, len(places)) for vertex in solid.vertices]
     for number in (range(len(place)), place):
-        runs = _closed_parts([[number[corner] for corner in face] for face in solid.faces], len(place))
+        runs = closed_parts([[number[corner] for corner in face] for face in solid.faces], len(place))
         runs = with_cavities(np.array(solid.vertices), solid.faces, runs) if runs else runs
         if len(runs) == 1:
             return [solid]
         if runs:
             return [_solid("", solid.vertices, [solid.faces[k] for k in run], {}) for run in runs]
     return [solid]
-
-
-def _closed_parts(faces: list[list[int]], n_vertices: int) -> list[list[int]]:
-    """Numbers of the faces of each closed part; none where a part stays open."""
-    edges = [(face[0], corner) for face in faces for corner in face[1:]]
-    _, label = connected_components(n_vertices, np.array(edges))
-    parts: dict[int, list[int]] = {}
-    for number, face in enumerate(faces):
-        parts.setdefault(int(label[face[0]]), []).append(number)
-    runs = []
-    for part in parts.values():
-        own = closed_runs([faces[k] for k in part])
-        if not is_closed([faces[part[k]] for k in own[-1]]):
-            return []
-        runs += [part[run.start : run.stop] for run in own]
-    return runs
 
 
 def _solid(

@@ -50,7 +50,7 @@ def numbered(data: bytes) -> bytes:
     if not text:
         return data
     content = json.loads(text)
-    if wrong := [*_extensions(content), *_meshes(content), *_copies(content)]:
+    if wrong := [*_extensions(content), *_meshes(content), *_copies(content), *_scenes(content)]:
         raise InputError(*wrong)
     for number, node in enumerate(content.get("nodes", [])):
         node["name"] = str(number)
@@ -183,3 +183,24 @@ def _copies(content: dict[str, Any]) -> Iterator[str]:
     for number, node in enumerate(content.get("nodes", [])):
         if COPIES in node.get("extensions", {}):
             yield f'object "{node.get("name") or number}": it stands for copies ({COPIES}); export each as an object'
+
+
+def _scenes(content: dict[str, Any]) -> Iterator[str]:
+    """Objects of other scenes than the one that is shown."""
+    scenes, nodes = content.get("scenes", []), content.get("nodes", [])
+    shown = content.get("scene", 0)
+
+    def of_scene(scene: dict[str, Any]) -> set[int]:
+        found: set[int] = set()
+        pending = list(scene.get("nodes", []))
+        while pending:
+            number = pending.pop()
+            if number not in found:
+                found.add(number)
+                pending += nodes[number].get("children", [])
+        return {number for number in found if "mesh" in nodes[number]}
+
+    others = set().union(*(of_scene(own) for k, own in enumerate(scenes) if k != shown))
+    if left := sorted(others - (of_scene(scenes[shown]) if shown < len(scenes) else set())):
+        named = some([f'"{nodes[k].get("name") or k}"' for k in left])
+        yield f"objects that are not in the scene that is shown would be left out: {named}; export all in one scene"

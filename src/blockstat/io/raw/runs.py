@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from blockstat.errors import InputError, some
+from blockstat.geometry.components import connected_components
 from blockstat.geometry.convex_pieces import contains
 from blockstat.geometry.triangulation import fans
 from blockstat.typing import Floats, Ints
@@ -51,6 +52,42 @@ def is_closed(faces: Sequence[Sequence[int]]) -> bool:
     bool
     """
     return _runs(faces)[1]
+
+
+def closed_parts(faces: Sequence[Sequence[int]], n_vertices: int) -> list[list[int]]:
+    """Cut faces into closed surfaces, first where they share no corner, then where one has closed in their order.
+
+    Parameters
+    ----------
+    faces : sequence of sequences of int
+        Corners of each face.
+    n_vertices : int
+        Number of corners.
+
+    Returns
+    -------
+    list of list of int
+        Numbers of the faces of each surface, in the order of their first ones; none where a part stays open.
+
+    Examples
+    --------
+    >>> one = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    >>> other = [[k + 4 for k in face] for face in one]
+    >>> closed_parts([face for pair in zip(one, other) for face in pair], 8)
+    [[0, 2, 4, 6], [1, 3, 5, 7]]
+    """
+    edges = [(face[0], corner) for face in faces for corner in face[1:]]
+    _, label = connected_components(n_vertices, np.array(edges))
+    parts: dict[int, list[int]] = {}
+    for number, face in enumerate(faces):
+        parts.setdefault(int(label[face[0]]), []).append(number)
+    runs = []
+    for part in parts.values():
+        own = closed_runs([faces[k] for k in part])
+        if not is_closed([faces[part[k]] for k in own[-1]]):
+            return []
+        runs += [part[run.start : run.stop] for run in own]
+    return runs
 
 
 def with_cavities(vertices: Floats, faces: Sequence[Sequence[int]], runs: Sequence[Sequence[int]]) -> list[list[int]]:
