@@ -114,6 +114,30 @@ def test_what_is_sound_is_not_touched(root):
     assert report.explain().splitlines() == [RepairOutcome.UNCHANGED.value, "219 of 219 blocks unchanged"]
 
 
+def curved_arch(n=30, facets=6, thickness=0.15):
+    """Voussoirs on a half circle of radius 1 m whose intrados and extrados are in facets, 1 degree apart; its ends."""
+    blocks = []
+    for k in range(n):
+        turns = np.linspace(np.pi * k / n, np.pi * (k + 1) / n, facets + 1)
+        inner, outer = ((1 + way * thickness / 2) * np.column_stack([np.cos(turns), np.sin(turns)]) for way in (-1, 1))
+        blocks.append(prism([*outer, *inner[::-1]], 0.5, name=f"v{k}"))
+    feet = [box((x - 0.1, 0, -1), (x + 0.1, 0.5, 0), name=name) for x, name in ((1, "right"), (-1, "left"))]
+    return assembly([*blocks, *feet], supports=["right", "left"])
+
+
+def test_the_facets_of_curved_stones_whose_joints_close_are_not_flattened():
+    asm = curved_arch()
+    repaired, report = repair(asm)
+    assert report.outcome.word == "unchanged"
+    np.testing.assert_array_equal(repaired.vertices, asm.vertices)
+    # A joint that is open is closed all the same.
+    moved = asm.vertices.copy()
+    moved[asm.vertex_block >= 15] += (-1e-3, 0, 0)
+    closed, report = repair(asm.with_(vertices=moved))
+    assert (report.outcome.word, report.closed) == ("repaired", 1)
+    assert len(find_interfaces(closed, gap=1e-9).pair) == len(find_interfaces(asm, gap=1e-9).pair)
+
+
 def test_a_slab_thinner_than_the_tolerance_is_not_squeezed():
     blocks = [box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 0.0005)), box((0, 0, 0.0005), (1, 1, 1))]
     repaired, _ = repair(assembly(blocks), gap=0.1)

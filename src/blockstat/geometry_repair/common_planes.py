@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 PARALLEL = np.cos(np.deg2rad(5.0))  #: faces further from parallel than this have no common plane
+FITS = 1e-9  #: joints open by less than this share of the smaller block close but for rounding
 STEPS = 200  #: of fitting planes to vertices and vertices to planes in turn
 EXACT = 1e-14  #: a vertex this close to a plane, relative to the assembly's extent, is on it
 WEAK = 1e-5  #: planes that meet at less than about the root of this do not fix where along them a vertex lies
@@ -40,7 +41,8 @@ def common_planes(assembly: Assembly, gap: float, candidates: Ints) -> Ints:
     """Find the faces that lie in one plane but for small errors.
 
     Faces of blocks that touch, nearly parallel and nearly coplanar, share a plane as long as every corner stays within
-    gap times the size of its block, and no block is squeezed to nothing between two of its faces.
+    gap times the size of its block, and no block is squeezed to nothing between two of its faces. The faces of blocks
+    whose joints all close stay as they are.
 
     Parameters
     ----------
@@ -106,8 +108,9 @@ def _joined(assembly: Assembly, a: _Plane, b: _Plane, gap: float) -> _Plane | No
 def _alike(assembly: Assembly, gap: float, candidates: Ints) -> list[tuple[int, int]]:
     """Pairs of faces that are nearly parallel, nearly coplanar and near each other, the closest first.
 
-    The smaller face of a pair is measured from the plane of the larger. Faces of one block count if they look the same
-    way, those of different blocks whichever way they look.
+    The smaller face of a pair is measured from the plane of the larger. Faces of different blocks that look at each
+    other make a joint. Faces that look the same way count where a joint of one of their blocks is open, those of one
+    block if both are in joints: facets of blocks that fit, and of a free curved face, are meant to be as they are.
     """
     lower, upper = assembly.bounds
     pairs = near_pairs(lower, upper, gap * assembly.size)
@@ -119,7 +122,7 @@ def _alike(assembly: Assembly, gap: float, candidates: Ints) -> list[tuple[int, 
     corners, start = assembly.vertices[assembly.face_vertices], assembly.face_start[:-1]
     low, high = np.minimum.reduceat(corners, start), np.maximum.reduceat(corners, start)
     normal, centre, area = assembly.planes.normal, assembly.planes.centre, assembly.planes.area
-    found = []
+    facing, alike = [], []
     for a, b in pairs.tolist():
         reach = gap * min(assembly.size[a], assembly.size[b])
         f, g = (grid.ravel() for grid in np.meshgrid(own[a], own[b], indexing="ij"))
@@ -130,8 +133,19 @@ def _alike(assembly: Assembly, gap: float, candidates: Ints) -> list[tuple[int, 
             large, small = (i, j) if area[i] >= area[j] else (j, i)
             far = float(np.abs((_corners(assembly, small) - centre[large]) @ normal[large]).max())
             if far <= reach:
-                found.append((far, i, j))
-    return [(i, j) for _, i, j in sorted(found)]
+                (facing if normal[i] @ normal[j] < 0 else alike).append((far, i, j))
+    open_joint, in_joint = np.zeros(assembly.n_blocks, dtype=bool), np.zeros_like(allowed)
+    block = assembly.face_block
+    for far, i, j in facing:
+        two = block[[i, j]]
+        in_joint[[i, j]] = True
+        open_joint[two] |= far > FITS * assembly.size[two].min()
+    found = [
+        (far, i, j)
+        for far, i, j in alike
+        if open_joint[block[[i, j]]].any() and (block[i] != block[j] or in_joint[[i, j]].all())
+    ]
+    return [(i, j) for _, i, j in sorted([*facing, *found])]
 
 
 def meet(assembly: Assembly, label: Ints, corner: Ints) -> Floats:
