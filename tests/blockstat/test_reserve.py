@@ -392,6 +392,26 @@ def test_bevels_that_carry_nothing_that_matters_are_told_to_be_open_and_no_more(
     assert [text.split(" joints")[0] for text in verdict.warnings] == ["2 of 3"]
 
 
+@pytest.mark.parametrize("deep", [0.002, 0.009])
+def test_of_a_joint_of_several_patches_those_that_close_stay(deep):
+    """A boss of 0.4 m on a block of 1 m, in one piece with it: the block above, 2 m high, tips at 0.2 / 1."""
+    steps = [
+        (-0.5, 0),
+        (0.5, 0),
+        (0.5, 1 - deep),
+        (0.2, 1 - deep),
+        (0.2, 1),
+        (-0.2, 1),
+        (-0.2, 1 - deep),
+        (-0.5, 1 - deep),
+    ]
+    upper = box((-0.5, 0, 1), (0.5, 1, 3), name="upper")
+    asm = assembly([prism(steps, 1.0, name="lower"), upper], supports=["lower"])
+    (told,) = [text for text in limit_load(asm, (1, 0, 0)).warnings if "only with joints" in text]
+    assert float(told.split()[-1]) == pytest.approx(0.2, rel=1e-4)
+    assert not any("only with" in text for text in assess(asm).warnings)
+
+
 @pytest.mark.parametrize("n", [60, 128])
 def test_the_limit_of_a_drum_without_the_facets_that_do_not_close_is_told(n):
     """A drum of radius 1 m with n facets rolls over the edge of the lowest one, at tan(pi / n)."""

@@ -24,7 +24,7 @@ from blockstat.analysis.verdict import corner_speed
 from blockstat.assembly import Assembly
 from blockstat.certificate.check import FORCE_TOLERANCE, balance, force_errors
 from blockstat.certificate.neutral import ON_A_LINE, loose_blocks
-from blockstat.contact.coplanar import Parts, Patch, Patches
+from blockstat.contact.coplanar import Parts, Patch, Patches, joints_of_patches
 from blockstat.contact.faces import convex_pieces, opened, outline_hull
 from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import WIDTH, Interfaces
@@ -183,11 +183,16 @@ def loose_joints(assembly: Assembly, interfaces: Interfaces) -> np.ndarray:
     Before a patch of width b that is open by g bears, one of the blocks turns by up to g / b. So the share of the width
     is an angle, and what turns by less than it loses no more than that share of an arm.
     """
-    least = assembly.size[interfaces.pair].min(axis=1)
-    if interfaces.n_interfaces:
-        width = interfaces.area / np.maximum(_diagonals(interfaces.point, interfaces.start[:-1]), 1e-300)
-        least = np.where(interfaces.area > 0, np.minimum(least, width), least)
-    return interfaces.gap > LOOSE * least
+    if not interfaces.n_interfaces:
+        return np.zeros(0, dtype=bool)
+    return _is_loose(assembly, interfaces, _diagonals(interfaces.point, interfaces.start[:-1]))
+
+
+def _is_loose(assembly: Assembly, of: Interfaces | Patches, diagonal: Floats) -> np.ndarray:
+    """Which joints or patches do not quite close; a diagonal is that of the box of their points [m]."""
+    least = assembly.size[of.pair].min(axis=1)
+    width = of.area / np.maximum(diagonal, np.finfo(float).tiny)
+    return of.gap > LOOSE * np.where(of.area > 0, np.minimum(least, width), least)
 
 
 class Doubtful(NamedTuple):
@@ -349,11 +354,15 @@ def without_slivers(problem: Problem) -> Interfaces:
     for k, own in narrow.items():
         points[k] = own.hull if share is None else points[k][~own.beyond]
         area[k] = area[k] if share is not None else sum(_area(piece) for piece in own.wide)
-    rows = np.flatnonzero([len(own) > 0 for own in points])
+    left = _on_points(interfaces, np.flatnonzero([len(own) > 0 for own in points]), points, area)
+    return replace(left, share=share, patches=_wide_patches(interfaces, narrow))
+
+
+def _on_points(interfaces: Interfaces, rows: Ints, points: list[Floats], area: Floats) -> Interfaces:
+    """Some of the joints, on other points [m] and with other areas [m2], both given for all joints."""
     start = np.concatenate([[0], np.cumsum([len(points[k]) for k in rows])]).astype(np.int64)
     point = np.concatenate([np.empty((0, 3)), *(points[k] for k in rows)])
-    left = replace(interfaces.subset(rows), point=point, start=start, area=area[rows], share=share)
-    return replace(left, patches=_wide_patches(interfaces, narrow))
+    return replace(interfaces.subset(rows), point=point, start=start, area=area[rows])
 
 
 def _kept(interfaces: Interfaces, narrow: dict[int, _Narrow]) -> np.ndarray:
@@ -404,7 +413,38 @@ def without_doubtful(problem: Problem, doubtful: Doubtful) -> Interfaces:
     """
     whole = problem.interfaces if problem.undivided is None else problem.undivided
     interfaces = without_slivers(problem) if len(doubtful.slivers) else whole
-    return interfaces.subset(~loose_joints(problem.assembly, interfaces)) if len(doubtful.loose) else interfaces
+    return _without_loose(problem.assembly, interfaces) if len(doubtful.loose) else interfaces
+
+
+def _without_loose(assembly: Assembly, interfaces: Interfaces) -> Interfaces:
+    """The joints that close; of one of several patches the hull of those that do, unless it is divided into cells."""
+    loose = loose_joints(assembly, interfaces)
+    closing = {} if interfaces.share is not None else _closing_patches(assembly, interfaces, np.flatnonzero(loose))
+    points, area = np.split(interfaces.point, interfaces.start[1:-1]), interfaces.area.copy()
+    for k, (hull, own_area) in closing.items():
+        points[k], area[k] = hull, own_area
+    rows = np.array([k for k in range(len(points)) if not loose[k] or k in closing], dtype=np.int64)
+    return _on_points(interfaces, rows, points, area)
+
+
+def _closing_patches(assembly: Assembly, interfaces: Interfaces, joints: Ints) -> dict[int, tuple[Floats, float]]:
+    """Of some joints the hull of the patches that close, shape (n, 3) [m], and their area [m2], where there are any."""
+    patches = _of_pairs(interfaces.patches, interfaces.pair[joints])[0]
+    if patches is None or not len(patches.pair):
+        return {}
+    own = interfaces.subset(joints)
+    joint = joints_of_patches([own.outline(k) for k in range(len(joints))], own.pair, own.frame, patches)
+    loose = _is_loose(assembly, patches, _diagonals(patches.corner, np.cumsum(patches.count) - patches.count))
+    found = {}
+    for number, k in enumerate(joints.tolist()):
+        rows = np.flatnonzero((joint == number) & ~loose & (patches.area > 0))
+        if len(rows):
+            across = interfaces.frame[k, 1:]
+            corners = np.concatenate([p.origin + p.polygon @ p.frame[1:] for p in patches.take(rows)])
+            origin = corners[0]  # the joint lies between its patches
+            hull = outline_hull((corners - origin) @ across.T)
+            found[k] = origin + hull @ across, float(patches.area[rows].sum())
+    return found
 
 
 def doubt_warning(
