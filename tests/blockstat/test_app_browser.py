@@ -44,7 +44,7 @@ def test_every_control_of_the_picture_answers(hut, capfd):
         tab.tab("View")
         for choice, words in (
             ("demand", "friction or strength used in the force field found"),
-            ("tension", "tension missing"),
+            ("tension", "residual tension at a block"),
             ("group", "wall.south"),
             ("displacement", "speed in the mechanism"),
         ):

@@ -181,7 +181,7 @@ class Verdict(Result):
         lines, proof, joints = [], self.certificate, self._by_contacts
         if self.score > 0 and not (joints and np.isinf(self.score)):
             # Not where an earlier mechanism decided, and not where none is missing.
-            lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")
+            lines.append(f"Residual tension (score): {self.score:.3g} of the weight.")
         if np.isfinite(proof.required_force):
             lines.append(f"Any equilibrium would need {proof.required_force:.3g} times the weight in normal forces.")
         elif joints:
