@@ -93,9 +93,7 @@ JOBS: Sequence[Job] = (
     result("experiments_measured", 0.1, "experiments.compare", fewer="--walls 1", needs=(EXPERIMENTS,)),
     result("scatter", 0.1, "experiments.scatter", needs=(EXPERIMENTS,)),
     result("architecture", 0.1, "pages.architecture", "docs/architecture.png"),
-    pictures(
-        "pictures", 2, "pages.pictures", "docs/chapel*.png", "docs/nave.png", "docs/facade-*.png", "docs/bridge-*.png"
-    ),
+    pictures("pictures", 2, "pages.pictures", "docs/chapel*.png", "docs/facade-*.png", "docs/bridge-*.png"),
     pictures("screenshots", 5, "pages.screenshots", "docs/app-*.png"),
     result("compare_verdicts", 2.5, "comparisons.huts", fewer="--scenes 10"),
     result("glue", 1.5, "dynamics.glue", fewer="--scenes 10"),

@@ -34,6 +34,11 @@ def wrapped(text: str) -> str:
     return textwrap.fill(text, 118, subsequent_indent="  " if text.startswith("-") else "", break_long_words=False)
 
 
+def was_run(cell: dict) -> bool:
+    """Whether the solver of a cell is installed."""
+    return cell.get("word") != "not installed"
+
+
 def cell_line(cell: dict) -> str:
     """One row of the table."""
     name = [cell["scene"], f"{cell.get('blocks', cell['size']):,}", cell["solver"]]
@@ -52,7 +57,7 @@ def cell_line(cell: dict) -> str:
 def parts(found: dict) -> dict[str, str]:
     """What a run found, by the names of the parts of its file."""
     wrong = [row for row in found["rows"] if not row.get("agrees", True)]
-    lines = {"table": [HEAD, *map(cell_line, found["rows"])]}
+    lines = {"table": [HEAD, *map(cell_line, filter(was_run, found["rows"]))]}
     lines["table"] += ["", f"**{len(wrong)} cells disagree with blockstat.**"] if wrong else []
     if found["alone"]:
         heads = ["blocks", *STEPS, "iterations", "verdict", "MB"]
@@ -76,7 +81,7 @@ def summary(rows: list[dict]) -> str:
 def largest(scene: str, rows: list[dict]) -> str:
     """The largest of the scenes of a kind that every solver decided which is installed."""
     decided = {row["size"]: [r for r in rows if r["size"] == row["size"] and "seconds" in r] for row in rows}
-    solvers = {row["solver"] for row in rows if row.get("word") != "not installed"}
+    solvers = {row["solver"] for row in rows if was_run(row)}
     sizes = [size for size, found in decided.items() if {row["solver"] for row in found} == solvers]
     name = {"falling": "wall that falls"}.get(scene, f"{scene} that stands")
     if not sizes:

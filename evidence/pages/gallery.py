@@ -30,6 +30,9 @@ blocks are supports.
 Where the first says stable and the second does not, blocks are held by a thrust that no load causes. Such are the
 flyers between upright faces, also those of the nave, and the arch of vertical joints: they fall freely.
 
+Where both say stable and Bullet says falls, the stones of the vault have warped faces, which Bullet does not get as
+they are ([verdicts beside two engines](coulomb.md)).
+
 ## Buildings
 
 These are the scenes of `examples/`.

@@ -58,12 +58,6 @@ def facade() -> list[Path]:
     return [drawn, plot_capacity(curve, DOCS / "facade-capacity.png")]
 
 
-def nave() -> list[Path]:
-    """The nave of README.md and the mechanism of its limit load across."""
-    assembly = build(load_scene(EXAMPLES / "nave.toml")).with_(name="nave, pushed across")
-    return [plot_mechanism(limit_load(assembly, ACROSS), DOCS / "nave.png")]
-
-
 def bridge() -> list[Path]:
     """The influence line of an axle on the bridge of docs/howto/bridge.md."""
     assembly = build(load_scene(EXAMPLES / "bridge.toml"))
@@ -80,7 +74,7 @@ def bridge() -> list[Path]:
 
 
 def main() -> None:
-    print(*chapel(), *nave(), *facade(), *bridge(), sep="\n")
+    print(*chapel(), *facade(), *bridge(), sep="\n")
 
 
 if __name__ == "__main__":

@@ -58,6 +58,11 @@ at = [0, 0, 1.5]
   joint law or a support that names its groups is void where it is absent.
 - The groups of the blocks of an element begin with its name, as in `ring.arch`. If the element is repeated, the number
   of the copy follows, as in `piers.1.pier` and `piers.2.pier`.
+- The name of a block is its element, its part and its numbers: `front.wall.south.0.3` is a brick of the run `south` of
+  the element `front`. The numbers of walls, piers, barrel vaults and domes are course and stone; of arches and columns
+  the stone; of lintels and arches over openings the opening and the stone; of buttresses of a wall the buttress, the
+  course and the stone. Buttresses and copies are counted from 1, all else from 0. `blockstat build FILE -o FILE.json`
+  writes the names.
 - Elements that overlap are an error that names them.
 
 | page | subject |
@@ -159,6 +164,39 @@ Nothing stands under the plates: the pull of the tie holds them on the wall by f
 `blockstat limit tied.toml --load 0,-1,0 --case thrust` says what the wall carries.
 """
 
+WALL = """`openings` of a run and `buttresses` are lists of tables, in double brackets. `at` is a list with one number
+for each opening or buttress:
+
+```toml
+description = "A wall with a window and two buttresses."
+
+[elements.front]
+kind = "walls"
+brick = [0.5, 0.25]
+
+[elements.front.runs.south]
+path = [[0, 0], [6, 0]]
+thickness = 0.4
+height = 3.0
+
+[[elements.front.runs.south.openings]]
+width = 0.9
+height = 1.0
+sill = 1.0
+at = [3.0]
+
+[[elements.front.buttresses]]
+wall = "south"
+width = 0.5
+projection = 0.5
+height = 2.0
+at = [1.0, 5.0]
+```
+"""
+#: What docstrings call a work, and what the pages do; the first on a page is a link.
+WORK = "the procedural-masonry paper"
+PAPER, LINK = "the paper", "the paper ([Fita 2017](../bibliography.md#fita-2017))"
+
 
 #: The public functions that kinds of loads stand for, beside `point_load` for "point" and so on.
 FUNCTIONS_OF_LOADS = {"pressure": "fluid_pressure", "acceleration": "acceleration"}
@@ -244,6 +282,7 @@ def elements_page(title: str, kinds: Sequence[str]) -> str:
     for tag in kinds:
         parts.append(section(f'kind = "{tag}"', elements.KINDS[tag], 2, without=frozenset(Element.__struct_fields__)))
         if tag == "walls":
+            parts.append(WALL)
             parts.append(section("`runs.NAME`", run.Run, without=frozenset({"name"})))
             shared = (("buttresses", run.Buttress), ("openings", run.Opening), ("coping", run.Coping))
             parts += [section(f"`{name}`", own) for name, own in (*shared, ("through", run.Through))]
@@ -269,6 +308,11 @@ def short_form_page() -> str:
 
 def pages() -> dict[str, str]:
     """The whole reference, by file in docs."""
+    return {name: text.replace(WORK, LINK, 1).replace(WORK, PAPER) for name, text in _pages().items()}
+
+
+def _pages() -> dict[str, str]:
+    """The same in the words of the docstrings."""
     found = {"scenes.md": first_page()}
     found |= {f"scenes/{name}.md": elements_page(title, kinds) for name, (title, kinds) in ELEMENTS.items()}
     return found | {"scenes/loads.md": loads_page(), "scenes/short_form.md": short_form_page()}

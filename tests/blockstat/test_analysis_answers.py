@@ -931,3 +931,8 @@ def test_a_mechanism_that_closes_a_little_is_opened_by_a_motion_that_opens_all_j
     found = _checked(problem.program, answer, problem.motions)
     assert found.certificate.proves_unstable
     assert np.abs(found.twist - flat).max() < 1e-3
+
+
+def test_two_neighbouring_values_are_printed_with_the_digits_that_tell_them_apart():
+    lines = Bracket(12.58472081234, 12.58472081239, "tilt", "deg").explain().splitlines()
+    assert lines[1:3] == ["Stable at a tilt of 12.5847208123 deg.", "Not stable at a tilt of 12.5847208124 deg."]

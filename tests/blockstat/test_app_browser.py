@@ -27,7 +27,7 @@ def test_a_slider_changes_the_verdict_and_the_picture_shows_why(hut, capfd):
         tab.sees("First to move:")
         tab.number(0, 0.6)
         tab.sees("Stable", exact=True)
-        tab.sees("friction or strength used at the block's joints")
+        tab.sees("friction or strength used in the force field found")
         # A checkbox adds the buttress: more blocks than before.
         before = page.known.verdict.assembly.n_blocks
         tab.page.get_by_role("checkbox").first.click()
@@ -43,8 +43,8 @@ def test_every_control_of_the_picture_answers(hut, capfd):
         tab.sees("Stable", exact=True)
         tab.tab("View")
         for choice, words in (
-            ("demand", "friction or strength used at the block's joints"),
-            ("tension", "tension missing"),
+            ("demand", "friction or strength used in the force field found"),
+            ("tension", "residual tension at a block"),
             ("group", "wall.south"),
             ("displacement", "speed in the mechanism"),
         ):

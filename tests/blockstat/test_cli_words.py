@@ -405,9 +405,9 @@ def test_the_progress_of_a_limit_load_tells_its_kinds_of_joints(monkeypatch):
     assert [text.removesuffix(" (Ctrl-C keeps the bracket)") for text in told] == [
         "iteration 1: 0 reached, at most 2",
         "iteration 2: 0.25 reached, at most 0.5",
-        "without dilatancy, kind of joints 1, trial 0: 0.1 to 0.4",
-        "without dilatancy, kind of joints 1, trial 1: 0.2 to 0.4",
-        "without dilatancy, kind of joints 2, trial 0: 0.3 to 0.4",
+        "without dilatancy, stiff joints, trial 0: 0.1 to 0.4",
+        "without dilatancy, stiff joints, trial 1: 0.2 to 0.4",
+        "without dilatancy, elastic joints, trial 0: 0.3 to 0.4",
     ]
 
 
@@ -682,7 +682,10 @@ def test_tilt_and_friction_and_ties_take_load_cases(run, places):
     tie = ("--between", "ground,stone0", "--points=-2,0.5,0,0,0.5,2", "--friction", 2)
     out = run("tie", places["post"], *tie, "--loads", places["cases"], "--case", "storm", "--json")[1]
     assert json.loads(out)["least"] == pytest.approx(2.2 * math.sqrt(2.0) / 3.0, rel=1e-4)
-    assert json.loads(run("tie", places["post"], *tie, "--json")[1])["least"] == pytest.approx(0, abs=1e-6)
+    plain = json.loads(run("tie", places["post"], *tie, "--json")[1])
+    assert (plain["least"], plain["warnings"]) == (pytest.approx(0, abs=1e-6), [])
+    written = run("tie", places["post"], *tie, "-o", places["post"].with_name("tied.json"))[1]
+    assert "Warning: the tie in tied.json has no greatest force" in written
 
 
 def test_that_loads_do_not_tilt_is_told_where_there_are_loads(run, places):

@@ -199,7 +199,7 @@ def test_the_least_without_dilatancy_is_said_and_drawn_in_its_own_direction():
     assert (summary["coulomb_least"], summary["coulomb_towards"]) == (0.1, "-x")
     assert [row["coulomb_least"] for row in summary["directions"]] == [0.3, 0.2, 0.1, 0.2]
     plot_directions(found, drawn)
-    assert drawn.get_title() == "assembly: least without dilatancy 0.1 towards -x"
+    assert drawn.get_title() == "assembly: least of 4 directions without dilatancy: 0.1 towards -x"
     assert [text.get_text() for text in drawn.get_legend().get_texts()] == ["associated friction", "without dilatancy"]
     # What associated friction does not carry is not looked for without dilatancy, and is the least all the same.
     none = replace(found.limits[3], lower=0.0, upper=0.0, coulomb_kinds=((0.0, 0.0),))

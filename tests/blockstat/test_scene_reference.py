@@ -79,6 +79,15 @@ def test_every_key_of_an_element_has_a_meaning(tag):
     assert [field.name for field in msgspec.structs.fields(table) if not words.get(field.name)] == []
 
 
+def test_the_wall_of_the_page_has_a_window_and_two_buttresses_named_as_the_page_says(root, tmp_path):
+    page = (root / "docs" / "scenes" / "walls.md").read_text()
+    (text,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "wall.toml").write_text(text)
+    wall = build(load_scene(tmp_path / "wall.toml"))
+    assert {"front.wall.south.0.3", "front.wall.south.lintel.0.0", "front.buttress.south.2.0.0"} <= set(wall.names)
+    assert assess(wall).outcome.word == "stable"
+
+
 def test_every_key_of_a_load_has_a_meaning_and_the_tied_wall_stands_by_its_tie(root, tmp_path):
     assert scene_language.load_kinds().count("### kind") == len(KINDS)
     page = (root / "docs" / "scenes" / "loads.md").read_text()

@@ -73,7 +73,7 @@ def test_a_fall_tells_what_is_missing_and_what_moves_first():
     made = verdict(outcome=Outcome.UNSTABLE, score=0.125, mechanism=mechanism)
     lines = made.explain().splitlines()
     assert lines[1:4] == [
-        "Missing adhesion (score): 0.125 of the weight.",
+        "Residual tension (score): 0.125 of the weight.",
         "Any equilibrium would need 5e+07 times the weight in normal forces.", "First to move: b1, b0.",
     ]  # fmt: skip
     assert made.moving.tolist() == [2, 1]
@@ -81,8 +81,8 @@ def test_a_fall_tells_what_is_missing_and_what_moves_first():
     assert "Best force field" not in made.explain()
     none = replace(made, certificate=replace(PROOF, required_force=np.inf), score=np.nan)
     assert "No normal forces at all, however large, balance the blocks." in none.explain()
-    assert "Missing adhesion" not in none.explain()
-    assert "Missing adhesion" not in replace(made, score=0.0).explain()
+    assert "Residual tension" not in none.explain()
+    assert "Residual tension" not in replace(made, score=0.0).explain()
     open_ = replace(made, outcome=Outcome.UNDECIDED, mechanism=0 * mechanism)
     assert open_.explain().splitlines()[3] == "Best force field: residual 2.0e-10, cones violated by 3.0e-11."
     assert "First to move" not in open_.explain()

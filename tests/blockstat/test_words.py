@@ -37,4 +37,4 @@ def test_a_hanging_block_parts_from_what_is_above():
     blocks = [box((0, 0, 1), (1, 1, 2), name="lintel"), box((0, 0, 0), (1, 1, 1), name="below")]
     told = assess(assembly(blocks, supports=["lintel"])).explain()
     assert "Parts at lintel | below." in told
-    assert "Missing adhesion: 0 " not in told
+    assert "Residual tension: 0 " not in told

@@ -352,7 +352,7 @@ def test_the_report_of_a_search_states_what_was_asked_and_shows_the_worst_case(r
     assert f"Searched with {asked}." in page
     # As drawn, that of 0.3 m stands.
     assert "(parameters.t 0.3) would move first, in the worst case of the imperfections: joints lose 100 mm" in page
-    assert "post: unstable, first motion exaggerated" in titles
+    assert "rejected design: parameters.t 0.3\nunstable, first motion exaggerated" in titles
 
 
 def test_a_warning_of_one_of_several_files_names_the_file(file):

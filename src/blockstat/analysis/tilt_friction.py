@@ -120,10 +120,11 @@ class Bracket(Result):
         lines, unit = [self.outcome.value], f" {self.unit}" if self.unit else ""
         if self.worst:
             lines.append(f"Worst case of the imperfections: {self.worst}.")
+        stands, falls = _told_apart(self.stands, self.falls)
         if not math.isnan(self.stands):
-            lines.append(f"Stable at a {self.parameter} of {self.stands:.9g}{unit}.")
+            lines.append(f"Stable at a {self.parameter} of {stands}{unit}.")
         if not math.isnan(self.falls):
-            lines.append(f"Not stable at a {self.parameter} of {self.falls:.9g}{unit}.")
+            lines.append(f"Not stable at a {self.parameter} of {falls}{unit}.")
         if self.kinds:
             ends = ", ".join("none" if math.isnan(stands) else f"{stands:.6g}" for stands, _ in self.kinds)
             to = "up to" if self.parameter == "tilt" else "down to"
@@ -156,6 +157,12 @@ class Bracket(Result):
             "kinds": [[finite(stands), finite(falls)] for stands, falls in self.kinds],
             "warnings": list(self.warnings),
         }
+
+
+def _told_apart(first: float, second: float) -> tuple[str, str]:
+    """Two numbers with nine digits, or with as many as tell them apart."""
+    pairs = [(f"{first:.{digits}g}", f"{second:.{digits}g}") for digits in range(9, 18)]
+    return next((pair for pair in pairs if pair[0] != pair[1]), pairs[0])
 
 
 def _order(kinds: Sequence[tuple[float, float]], parameter: str) -> list[int]:

@@ -105,7 +105,7 @@ class Verdict(Result):
         return f"{self.outcome.value} {UNTRIED}" if np.isnan(self.coulomb.tightness) else self.outcome.value
 
     def demand(self) -> Floats:
-        """Return how hard friction and strength are used at each block.
+        """Return how hard friction and strength are used at each block in the force field found.
 
         Returns
         -------
@@ -115,7 +115,7 @@ class Verdict(Result):
         Notes
         -----
         It is the largest `|f_t| / (mu f_n + c)`, or pressure over strength, over points that carry at least 1 % of the
-        block's largest force. A joint without friction uses none.
+        block's largest force. A joint without friction uses none. Other admissible force fields have other values.
         """
         points = self.interfaces.point_interface
         law = point_law(self.assembly, self.interfaces)
@@ -181,7 +181,7 @@ class Verdict(Result):
         lines, proof, joints = [], self.certificate, self._by_contacts
         if self.score > 0 and not (joints and np.isinf(self.score)):
             # Not where an earlier mechanism decided, and not where none is missing.
-            lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")
+            lines.append(f"Residual tension (score): {self.score:.3g} of the weight.")
         if np.isfinite(proof.required_force):
             lines.append(f"Any equilibrium would need {proof.required_force:.3g} times the weight in normal forces.")
         elif joints:

@@ -145,7 +145,7 @@ def numbers(known: Known) -> str:
     verdict, assembly = known.verdict, known.verdict.assembly
     free = assembly.free
     rows = [
-        ("score", "adhesion / weight", _score(known)),
+        ("score", "residual tension / weight", _score(known)),
         *((f"limit load, {push}", _mark(known, push), _limit(known, push)) for push in PUSHES),
         ("reserve in tilt", "from the least", _tilt(known)),
         ("least friction", f"now {assembly.friction:g}", _friction(known)),

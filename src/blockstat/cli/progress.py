@@ -12,6 +12,8 @@ from blockstat.system.lines import PlainLines
 
 #: The line is renewed this often [s].
 BEAT = 0.5
+#: The kinds of joints of `blockstat.analysis.coulomb.FAMILY`, in words.
+KINDS = ("stiff joints", "elastic joints", "joints both stiff and elastic")
 
 
 @contextmanager
@@ -72,7 +74,8 @@ def shown_progress(*, kept: bool = True) -> Iterator[Callable[[int, float, float
             nonlocal kinds
             kinds += iteration == 0
             if kinds:
-                text = f"without dilatancy, kind of joints {kinds}, trial {iteration}: {reached:.5g} to {upper:.5g}"
+                kind = KINDS[(kinds - 1) % len(KINDS)]
+                text = f"without dilatancy, {kind}, trial {iteration}: {reached:.5g} to {upper:.5g}"
             else:
                 text = f"iteration {iteration}: {max(reached, 0.0):.6g} reached, at most {upper:.6g}"
             say(f"{text} (Ctrl-C keeps the bracket)" if kept else text)

@@ -61,6 +61,12 @@ Page = Annotated[
     ),
 ]
 
+#: What is said of a file with a tie whose strength no option gives.
+ENDLESS = (
+    "the tie in {} has no greatest force, so a limit load of that file counts on any pull; write its strength as "
+    '"greatest" [N]'
+)
+
 
 def over_the_horizon(
     file: Path,
@@ -206,6 +212,8 @@ def tie_command(
     with at_work(f"tying {assembly.n_blocks:,} blocks"):
         found = tie_range(tied, len(assembly.ties), loads=None if acting is None else acting.loads, gap=near)
     with drawn(output=(write, tied, output)) as files:
+        if files and output:
+            found = replace(found, warnings=(*found.warnings, ENDLESS.format(output.name)))
         if as_json:
             echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
             print_json({"file": str(file), **echo, **found.summary(), **files})

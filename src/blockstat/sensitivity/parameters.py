@@ -209,7 +209,7 @@ def penalty_optimum(verdict: Verdict) -> tuple[Floats, Floats]:
     and so does what ties pull.
     """
     if not np.isfinite(verdict.score):
-        raise InputError("the score is infinite: no adhesion at the joints could hold this design")
+        raise InputError("the score is infinite: no residual tension at the joints could hold this design")
     assembly, faces, normal = verdict.assembly, verdict.interfaces, np.array([1.0, 0.0, 0.0])
     held = -point_law(assembly, faces).shift[:, None] * normal
     load = _residual(assembly, faces, held, _dead_load(assembly, verdict))

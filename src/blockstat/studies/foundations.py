@@ -149,7 +149,10 @@ class Settlement(Result):
         str
             The lines.
         """
-        lines = [self.outcome.value, f"Force on the moving supports along the movement: {self.reaction:.6g} N."]
+        lines = [
+            self.outcome.value,
+            f"Force on the moving supports along the movement, with dilatant friction: {self.reaction:.6g} N.",
+        ]
         for name, moved, joints, reaction in self.foundations:
             lines.append(
                 f"{name} moves by ({_numbers(1e3 * moved)}) mm with {counted(len(joints), 'joint')} on it, and carries "

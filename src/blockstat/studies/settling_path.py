@@ -126,8 +126,8 @@ class SettlementPath(Result):
             return "\n".join([self.outcome.value, *warnings])
         lines = [
             self.outcome.value,
-            f"Movement {1e3 * self.displacement[-1]:.6g} mm; reaction along it {self.reaction[0]:.6g} N at first, "
-            f"{self.reaction[-1]:.6g} N at the end.",
+            f"Movement {1e3 * self.displacement[-1]:.6g} mm; reaction along it, without dilatancy, "
+            f"{self.reaction[0]:.6g} N at first, {self.reaction[-1]:.6g} N at the end.",
         ]
         lines += [f"{event.kind.capitalize()} at {1e3 * event.parameter:.6g} mm." for event in self.events]
         cracks = self.cracks()

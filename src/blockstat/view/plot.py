@@ -35,7 +35,7 @@ SUPPORT = (0.72, 0.74, 0.76)
 UNKNOWN = (0.45, 0.45, 0.45)  #: blocks without a value, darker than supports
 MOVED = "plasma"  #: colour maps that keep their order in grey and for colour-blind readers
 DEMAND = "viridis"
-USED = "friction or strength used at the block's joints (1: at the limit)"  #: label of `Verdict.demand`
+USED = "friction or strength used in the force field found (1: at the limit)"  #: label of `Verdict.demand`
 SIGNED = "RdBu"  #: blue above zero, red below
 THIN = "#0072B2"  #: contacts without area
 GHOST = (0.95, 0.95, 0.95, 0.55)
@@ -447,8 +447,8 @@ def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     """Draw the resultant of each joint as a line through its centre of pressure, over pale blocks.
 
     The lines' lengths go with the forces; in an arch they join up to its thrust line. Of an assembly that does not
-    stand the forces are those of least adhesion, as the title says, and joints in tension are dotted. Contacts without
-    area are blue: an edge on a face is a line, a corner or the crossing of two edges is a dot.
+    stand the forces are those of least residual tension, as the title says, and joints in tension are dotted. Contacts
+    without area are blue: an edge on a face is a line, a corner or the crossing of two edges is a dot.
 
     Parameters
     ----------
@@ -495,7 +495,7 @@ def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
             axes.plot(*ends.T, color="#b2182b", linewidth=1.2, linestyle=":" if torn else "-")
 
     name = verdict.assembly.name
-    what = "joint forces" if balanced(verdict) else "not in equilibrium, joint forces of least adhesion"
+    what = "joint forces" if balanced(verdict) else "not in equilibrium, joint forces of least residual tension"
     drawn = {"title": f"{name}: {what}, longest {plain(size.max(initial=0.0) / 1e3)} kN", "opacity": 0.35}
     look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
     return plot(verdict.assembly, place, **drawn | options, **look)

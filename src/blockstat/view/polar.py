@@ -72,7 +72,8 @@ def _draw(found: DirectionalLimits, axes: Any) -> None:
         axes.legend(loc="lower left", bbox_to_anchor=(-0.15, -0.15), fontsize=9)
     axes.plot([0, found.angles[worst]], [0, least], color=WEAKEST, linewidth=2)
     axes.plot(found.angles[worst], least, "o", color=WEAKEST, markersize=7)
-    told = f"least{' so far' if found.stopped else ''}{basis} {least:.4g} towards {found.names[worst]}"
+    so_far = " so far" if found.stopped else ""
+    told = f"least{so_far} of {len(found.limits)} directions{basis}: {least:.4g} towards {found.names[worst]}"
     axes.set_title(f"{found.assembly.name}: {told}", fontsize=11, parse_math=False)
     axes.set_thetagrids([0, 45, 90, 135, 180, 225, 270, 315], ["+x", "", "+y", "", "-x", "", "-y", ""])
     axes.set_rmin(0.0)

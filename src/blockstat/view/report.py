@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
+from textwrap import fill
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Verdict
@@ -21,6 +22,9 @@ from blockstat.view.document import image, page
 from blockstat.view.plot import DEMAND, USED, plot, plot_verdict
 from blockstat.view.polar import plot_directions
 from blockstat.view.three_d.page import available, framed, interactive_html
+
+#: Longest line of the title of a picture [characters].
+TITLE = 70
 
 
 @dataclass(frozen=True)
@@ -96,7 +100,9 @@ def write_designs(
         thinnest = min(pruned, key=lambda c: c.volume or 0.0)
         assembly = under(build(with_values(result.building, thinnest.parameters)))
         verdict = assess(assembly, gap=gap, imperfections=imperfections)
-        path = plot_verdict(verdict, directory / "mechanism.png")
+        state = verdict.outcome.word.replace("_", " ") + ", first motion exaggerated" * bool(len(verdict.moving))
+        title = f"{fill(f'rejected design: {_values(thinnest)}', TITLE)}\n{state}"
+        path = plot_verdict(verdict, directory / "mechanism.png", title=title)
         words = f"How the thinnest pruned design ({_values(thinnest)}) would move first{_worst(verdict)}."
         figures.append(Figure(path, words))
     return figures

@@ -109,7 +109,10 @@ def verify(
     timeout: Timeout = None,
     as_json: AsJson = False,
 ) -> None:
-    """Simulate assemblies, several files side by side, and evaluate them by displacement (Eq. 1, Eq. 2)."""
+    """Simulate assemblies, several files side by side, and evaluate them by displacement.
+
+    Eq. 1 and Eq. 2 of Fita et al. 2017 are the descent of a group and the largest descent of a block.
+    """
     from dynsim.judge.verify import verify as run
     from dynsim.loads.load import as_loads
 

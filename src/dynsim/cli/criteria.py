@@ -9,7 +9,9 @@ import typer
 from blockstat.errors import InputError
 from dynsim.settings import Settings
 
-Group = Annotated[str | None, typer.Option(help='Group of Eq. 1; "vault" if there is one, else everything.')]
+Group = Annotated[
+    str | None, typer.Option(help='Group of Eq. 1 of Fita et al. 2017; "vault" if there is one, else everything.')
+]
 Threshold = Annotated[float | None, typer.Option(help="Displacement that counts as falling, in metres.")]
 Engine = Annotated[str, typer.Option(help='"bullet", or "lmgc90" (weight alone; needs compas_lmgc90).')]
 Preset = Annotated[str, typer.Option(help='"fast", "default" or "careful".')]

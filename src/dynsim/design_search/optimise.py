@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from textwrap import fill
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
@@ -26,7 +27,7 @@ from blockstat.spec import Scene, build, with_values
 from blockstat.system.lines import PlainLines
 from blockstat.system.lock import locked
 from blockstat.view.plot import Place, plot
-from blockstat.view.report import Figure, write_designs, write_report
+from blockstat.view.report import TITLE, Figure, write_designs, write_report
 from dynsim.comparison.causes import likely_reason
 from dynsim.engine.bullet import import_bullet
 from dynsim.judge.verdict import DynamicVerdict
@@ -205,8 +206,10 @@ def _moved(
     chosen = result.best_parameters if thinnest is None else thinnest.parameters
     if chosen is None:
         return []
-    verdict = verify(under(build(with_values(result.building, chosen))), settings=settings, gap=gap, statics=True)
     values = ", ".join(f"{name} {value:g}" for name, value in chosen.items())
+    title = fill(f"{'best' if thinnest is None else 'rejected'} design: {values}", TITLE)
+    assembly = under(build(with_values(result.building, chosen))).with_(name=title)
+    verdict = verify(assembly, settings=settings, gap=gap, statics=True)
     word = "stands in Bullet" if thinnest is None else MOVED[thinnest.dynamic]
     return [Figure(picture_of_run(verdict, directory / "moved.png"), f"The design with {values} {word}.")]
 
@@ -234,5 +237,5 @@ def picture_of_run(verdict: DynamicVerdict, place: Place) -> Place:
     scale = min(scale, 1000.0)
     return plot(
         run.assembly, place, values=1e3 * length, label="displacement since release [mm]", displacement=scale * moved,
-        title=f"{run.assembly.name}: {verdict.outcome.word}, displacements x {scale:.0f}",
+        title=f"{run.assembly.name}\n{verdict.outcome.word}, displacements x {scale:.0f}",
     )  # fmt: skip

@@ -96,7 +96,7 @@ class DynamicVerdict(Result):
         """
         lines = [
             self.outcome.value + (" (LMGC90)" if self.run.engine == "lmgc90" else ""),
-            f"Eq. 1: {self.group or 'whole assembly'} dropped {millimetres(self.group_drop, 2)} mm "
+            f"Fita et al. 2017, Eq. 1: {self.group or 'whole assembly'} dropped {millimetres(self.group_drop, 2)} mm "
             f"(threshold {millimetres(self.roof_threshold)} mm). "
             f"Eq. 2: largest drop of a block {millimetres(self.max_drop, 2)} mm "
             f"(threshold {millimetres(self.brick_threshold)} mm). "

@@ -72,9 +72,9 @@ def colouring(choice: str, verdict: Verdict, moved: Floats | None = None) -> Col
     if choice == "tension":
         if np.isnan(verdict.score):
             plain = scaled(assembly, np.zeros(assembly.n_blocks), TENSION, 0.0, "")
-            return replace(plain, legend="tension missing: not known yet, the fall was proven without it")
+            return replace(plain, legend="residual tension: not known yet, the fall was proven without it")
         missing = tension(verdict) / 1e3
-        return scaled(assembly, missing, TENSION, float(missing.max(initial=0.0)), "tension missing at a block [kN]")
+        return scaled(assembly, missing, TENSION, float(missing.max(initial=0.0)), "residual tension at a block [kN]")
     if moved is not None:
         return moved_colouring(assembly, moved)
     top = 1.0 if verdict.mechanism.any() else 0.0
