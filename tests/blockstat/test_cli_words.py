@@ -156,7 +156,8 @@ def test_a_limit_of_live_loads_is_said_in_words(run, places):
     assert status == 0
     assert re.fullmatch(r"post: 2 blocks, \d+\.\d\d s", lines[0])
     assert lines[1].startswith("Friction 0.7, density 1 kg/m3, weight 0.002 kN, coordinates in m, joints closed to ")
-    assert lines[2].startswith("Limit")
+    assert lines[2] == 'Loads: case "growing": 1 weight + 1 push (live); the live loads grow.'
+    assert lines[3].startswith("Limit")
 
 
 def angle(word, out):

@@ -6,7 +6,6 @@ import sys
 from dataclasses import replace
 from datetime import date
 from importlib.metadata import version
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -31,7 +30,7 @@ from blockstat import (
 )
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.analysis.verdict import Outcome
-from blockstat.loads import WeightedLoads
+from blockstat.loading.cases import LoadCase
 from blockstat.view import assessment
 from blockstat.view.plot import joint_resultants
 from blockstat.view.thrust_lines import THRUST, WIDEST, thrust_lines
@@ -176,7 +175,7 @@ def test_the_picture_of_a_fall_says_what_the_blocks_fall_under():
     weight = slab().free_weight
     push = np.zeros((2, 6))
     push[1, 1] = 0.3 * weight
-    case = SimpleNamespace(name="wind", words="1 x push", loads=push, weighted_loads=WeightedLoads(push))
+    case = LoadCase("wind", np.zeros((2, 6)), push, combination="1 x push")
     for options, acting in (
         ({"case": case}, "all loads of the case &quot;wind&quot;: 1 x push."),
         ({"loads": push}, "the weight of the blocks, and further loads."),
@@ -189,6 +188,22 @@ def test_the_picture_of_a_fall_says_what_the_blocks_fall_under():
     assert "move first" not in text.partition("Evidence")[0]
     still = replace(undecided, associated=replace(undecided.associated, mechanism=np.zeros((2, 6))))
     assert "might move" not in words(assessment_html(still))
+
+
+def test_the_reason_why_a_direction_is_undecided_is_told_once_and_with_its_name():
+    found = assess_fully(slab(), directions=4, code={"site": Site()})
+    reason = "blocks a and b touch edge along edge"
+    limits = list(found.directions.limits)
+    for k in map(found.directions.names.index, ("+x", "-y")):
+        limits[k] = replace(limits[k], outcome=LoadOutcome.UNDECIDED, lower=0.1, warnings=(reason,))
+    wide = replace(found.directions, limits=tuple(limits), warnings=(reason, "joints are thin"))
+    told = [f"undecided towards +x, -y: {reason}", "joints are thin"]
+    assert list(replace(found, directions=wide, pushed=wide).warnings) == told
+    assert wide.summary()["undecided"] == [{"reason": reason, "towards": ["+x", "-y"]}]
+    # Without the live loads of a case, the code check has limit loads and reasons of its own.
+    html = assessment_html(replace(found, pushed=wide))
+    assert html.count(reason) == 1
+    assert f"code check: undecided towards +x, -y: {reason}" in html
 
 
 def test_both_verdicts_are_undecided_where_only_crushing_an_edge_lets_it_fall():

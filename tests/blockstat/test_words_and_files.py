@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from test_capacity import track
 
@@ -22,6 +23,7 @@ from blockstat import (
     utilisation,
     write_plan_film,
 )
+from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.analysis.verdict import Outcome
 from blockstat.design_search.candidate import Candidate, SearchResult
 from blockstat.spec import scene_from
@@ -119,6 +121,25 @@ def test_directions_are_drawn_in_axes_that_are_given():
     assert plot_directions(made, axes) is axes
     reached = max(np.max(line.get_ydata()) for line in axes.lines)
     assert reached >= 0.5 * (1 - 1e-6)
+
+
+def test_directions_that_are_undecided_are_hollow():
+    made = limit_load_by_direction(stack(1, 1.0, 2.0), 4, refine=False)
+    limits = list(made.limits)
+    limits[1] = replace(limits[1], outcome=LoadOutcome.UNDECIDED, lower=0.3)
+    axes = Figure().add_subplot(projection="polar")
+    plot_directions(replace(made, limits=tuple(limits)), axes)
+    points = {
+        (float(angle), float(size)): to_hex(line.get_markerfacecolor())
+        for line in axes.lines
+        if line.get_marker() == "o" and line.get_color() == "#0072B2"
+        for angle, size in zip(line.get_xdata(), line.get_ydata(), strict=True)
+    }
+    hollow = [place for place, colour in points.items() if colour == "#ffffff"]
+    assert hollow == [(pytest.approx(np.pi / 2), 0.3)]
+    assert len(points) == 4
+    assert [text.get_text() for text in axes.get_legend().get_texts()][-1] == "undecided"
+    assert "least undecided, at most 0.5 towards" in axes.get_title()
 
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])

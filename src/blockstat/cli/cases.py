@@ -24,6 +24,7 @@ from blockstat.cli.options import (
     inputs,
     numbers,
     print_json,
+    said,
     upright,
 )
 from blockstat.cli.options import load as load_assembly
@@ -39,6 +40,120 @@ Case = Annotated[str | None, typer.Option("--case", metavar="NAME", help="Load c
 LoadsFile = Annotated[
     Path | None, typer.Option("--loads", help="TOML file with [loads.NAME] and [cases.NAME], in place of the scene's.")
 ]
+#: What becomes of the live loads of a case, by the word for it in JSON; in words after the loads.
+LIVE = {
+    "act": "",
+    "grow": "; the live loads grow",
+    "stay": "; the live loads are held constant",
+    "left_out": "; the live loads are left out: put them under factors if they act with the earthquake",
+}
+
+
+def said_under(
+    assembly: Assembly,
+    case: LoadCase | None,
+    *,
+    live: str = "act",
+    units: str | None = None,
+    gap: float | str | None = None,
+) -> str:
+    """Return what an answer rests on, with a second line for the loads of a case.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks as they were analysed.
+    case : LoadCase or None
+        The case under which they were.
+    live : str, optional
+        What becomes of its live loads, a key of `LIVE`.
+    units, gap : optional
+        As in `blockstat.cli.options.said`.
+
+    Returns
+    -------
+    str
+        One line, or two.
+    """
+    basis = said(assembly, units=units, gap=gap)
+    return basis if case is None else f"{basis}\n{loads_said(case, live)}"
+
+
+def loads_said(case: LoadCase, live: str = "act") -> str:
+    """Return which loads act, in one line.
+
+    Parameters
+    ----------
+    case : LoadCase
+        The case under which the blocks were analysed.
+    live : str, optional
+        What becomes of its live loads, a key of `LIVE`.
+
+    Returns
+    -------
+    str
+        Such as `Loads: case "storm": 0.9 weight + 1.5 wind (live); the live loads grow.`
+    """
+    return f'Loads: case "{case.name}": {case.words}{LIVE[live] if case.live.any() else ""}.'
+
+
+def inputs_under(
+    assembly: Assembly,
+    case: LoadCase | None,
+    *,
+    live: str = "act",
+    units: str | None = None,
+    gap: float | str | None = None,
+) -> dict[str, Any]:
+    """Return what an answer rests on, as JSON echoes it, with the loads of a case.
+
+    Parameters
+    ----------
+    assembly, case, live, units, gap
+        As in `said_under`.
+
+    Returns
+    -------
+    dict
+        What `blockstat.cli.options.inputs` returns, and what `loads_echoed` does.
+    """
+    return inputs(assembly, units=units, gap=gap) | loads_echoed(case, live)
+
+
+def loads_echoed(case: LoadCase | None, live: str = "act") -> dict[str, Any]:
+    """Return which loads act, as JSON echoes it.
+
+    Parameters
+    ----------
+    case : LoadCase or None
+        The case under which the blocks were analysed.
+    live : str, optional
+        What becomes of its live loads, a key of `LIVE`.
+
+    Returns
+    -------
+    dict
+        "case", "combination" and, where it has live loads, "live_loads"; empty without a case.
+    """
+    if case is None:
+        return {}
+    return {"case": case.name, "combination": case.combination} | ({"live_loads": live} if case.live.any() else {})
+
+
+def growing_or_held(load: Any) -> str:
+    """Return what becomes of the live loads in a limit analysis.
+
+    Parameters
+    ----------
+    load : object
+        Value of `--load`.
+
+    Returns
+    -------
+    str
+        A key of `LIVE`: they grow where nothing else does.
+    """
+    return "grow" if load is None else "stay"
 
 
 def chosen_case(
@@ -155,6 +270,23 @@ def warn_of_no_mass(assembly: Assembly, case: LoadCase | None) -> None:
             "blocks does not push them; where they are weight, what grows must have their inertia, too"
         )
         warnings.warn(text, InputWarning, stacklevel=3)
+
+
+def warn_of_left_out(case: LoadCase | None) -> None:
+    """Say that a verification under an earthquake leaves out the live loads of a case.
+
+    Parameters
+    ----------
+    case : LoadCase or None
+        The case.
+
+    Warns
+    -----
+    InputWarning
+        With what to write where they act.
+    """
+    if case is not None and case.left_out:
+        warnings.warn(case.left_out, InputWarning, stacklevel=3)
 
 
 def _warn_of_tilt(tilt: str | None, *cases: LoadCase) -> None:

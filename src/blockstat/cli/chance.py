@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
-from blockstat.cli.cases import Case, LoadsFile, chosen_case
+from blockstat.cli.cases import Case, LoadsFile, chosen_case, inputs_under, said_under
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -23,10 +23,8 @@ from blockstat.cli.options import (
     Units,
     Up,
     gap_of,
-    inputs,
     numbers,
     print_json,
-    said,
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.errors import InputError
@@ -123,9 +121,12 @@ def reliability_command(
         typer.echo(f"{output} keeps the draws that were made: the same command goes on from there", err=True)
     if as_json:
         first = {} if point is None else {"first_order": point.summary()}
-        print_json({"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **first})
+        echo = inputs_under(assembly, chosen, units=units, gap=near)
+        print_json({"file": str(file), **echo, **found.summary(), **first})
     else:
-        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units, gap=near)}")
+        typer.echo(
+            f"{assembly.name}: {assembly.n_blocks} blocks\n{said_under(assembly, chosen, units=units, gap=near)}"
+        )
         typer.echo("\n".join(own.explain() for own in (point, found) if own is not None))
     if found.stopped:
         raise KeyboardInterrupt  # some draws are missing

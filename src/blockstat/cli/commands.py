@@ -8,7 +8,16 @@ from typing import Annotated, Any
 
 import typer
 
-from blockstat.cli.cases import Case, LoadsFile, cases_command, chosen_case, load_and_loads
+from blockstat.cli.cases import (
+    Case,
+    LoadsFile,
+    cases_command,
+    chosen_case,
+    growing_or_held,
+    inputs_under,
+    load_and_loads,
+    said_under,
+)
 from blockstat.cli.chance import Imperfect, imperfections_of, reliability_command
 from blockstat.cli.displacement import capacity_command, code_check_command, settle_command
 from blockstat.cli.examples import example_command
@@ -28,11 +37,9 @@ from blockstat.cli.options import (
     drawn,
     file_to_write,
     gap_of,
-    inputs,
     numbers,
     print_json,
     run_app,
-    said,
     written,
 )
 from blockstat.cli.options import load as load_assembly
@@ -40,13 +47,7 @@ from blockstat.cli.pictures import app_command, picture_to_write, plot_command
 from blockstat.cli.places import keep_places
 from blockstat.cli.progress import at_work, shown_progress
 from blockstat.cli.sequence import sequence
-from blockstat.cli.studies import (
-    friction_command,
-    over_the_horizon,
-    prove_command,
-    report_command,
-    tie_command,
-)
+from blockstat.cli.studies import friction_command, over_the_horizon, prove_command, report_command, tie_command
 from blockstat.errors import InputError, check_choice
 
 MOST_TIGHTNESSES = 10_000  #: each is a solve; this many tell a share to a hundredth
@@ -205,13 +206,13 @@ def check(
     with drawn(output=(write, verdict, output)) as files:
         if as_json:
             summary = verdict.summary()
-            echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
+            echo = inputs_under(assembly, acting, units=units, gap=near)
             print_json({"file": str(file), "verdict": summary.pop("outcome"), **echo, **summary, **files})
             return
         seconds = verdict.timings["total"]
         faces = verdict.interfaces
         typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
-        typer.echo(said(assembly, units=units, gap=near))
+        typer.echo(said_under(assembly, acting, units=units, gap=near))
         typer.echo(verdict.explain())
         if len(verdict.floating):
             typer.echo("Blocks that nothing holds need joints (`blockstat repair`, --gap) or a support (--supports).")
@@ -266,13 +267,12 @@ def limit(
         raise InputError("-o draws the directions; it goes with --directions")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
+    if directions is not None and imperfection:
+        raise InputError("--imperfection goes with --load or --case")
+    acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     if directions is not None:
-        if imperfection:
-            raise InputError("--imperfection goes with --load or --case")
-        acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
         over_the_horizon(file, assembly, directions, acting, flow, tolerance, output, units, near, as_json)
         return
-    acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     growing, permanent = load_and_loads(assembly, load, acting, weighted=True)
     allowed = imperfections_of(imperfection)
     with shown_progress(kept=allowed is None) as progress:
@@ -286,12 +286,12 @@ def limit(
             imperfections=allowed,
             progress=progress,
         )
+    basis: dict[str, Any] = {"live": growing_or_held(load), "units": units, "gap": near}
     if as_json:
-        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
-        print_json({"file": str(file), **echo, **result.summary()})
+        print_json({"file": str(file), **inputs_under(assembly, acting, **basis), **result.summary()})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {result.timings['total']:.2f} s")
-    typer.echo(f"{said(assembly, units=units, gap=near)}\n{result.explain()}")
+    typer.echo(f"{said_under(assembly, acting, **basis)}\n{result.explain()}")
 
 
 @app.command("tilt")
@@ -332,11 +332,11 @@ def tilt_command(
         kinds = {"kinds_deg": found.summary()["kinds"]} if found.kinds else {}
         worst = {"imperfections": found.worst} if found.worst else {}
         told = {"outcome": found.outcome.word, "warnings": list(found.warnings)}
-        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
+        echo = inputs_under(assembly, acting, units=units, gap=near)
         print_json({"file": str(file), **angles, **kinds, **echo, **worst, **told})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, tilted about {axis}")
-    typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}")
+    typer.echo(f"{said_under(assembly, acting, units=units, gap=near)}\n{found.explain()}")
 
 
 app.command("app")(app_command)

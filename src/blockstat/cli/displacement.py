@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.cli.cases import Case, LoadsFile, chosen_case, placed_load_and_loads
+from blockstat.cli.cases import (
+    Case,
+    LoadsFile,
+    chosen_case,
+    growing_or_held,
+    inputs_under,
+    placed_load_and_loads,
+    said_under,
+    warn_of_left_out,
+)
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -25,11 +34,9 @@ from blockstat.cli.options import (
     Up,
     drawn,
     gap_of,
-    inputs,
     lengths,
     numbers,
     print_json,
-    said,
     written,
 )
 from blockstat.cli.options import load as load_assembly
@@ -116,6 +123,7 @@ def capacity_command(
     near = gap_of(gap)
     acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     growing, permanent = placed_load_and_loads(assembly, load, acting)
+    basis: dict[str, Any] = {"live": growing_or_held(load), "units": units, "gap": near}
     with at_work("limit load") as say:
         found = capacity(
             assembly,
@@ -131,11 +139,10 @@ def capacity_command(
         )
     with drawn(output=(plot_capacity, found, output), film=(write_path, found, film)) as files:
         if as_json:
-            echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
-            print_json({"file": str(file), **echo, **found.summary(), **files})
+            print_json({"file": str(file), **inputs_under(assembly, acting, **basis), **found.summary(), **files})
             return
         typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.timings['total']:.2f} s")
-        typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}")
+        typer.echo(f"{said_under(assembly, acting, **basis)}\n{found.explain()}")
         written(files)
 
 
@@ -192,11 +199,11 @@ def settle_command(
                 reason = "interrupted"
     with drawn(output=(plot_settlement, found, output), film=(write_path, path, film if path else None)) as files:
         if as_json:
-            echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
+            echo = inputs_under(assembly, chosen, units=units, gap=near)
             further = {"collapse": path and path.collapse, "path": path and path.summary()}
             print_json({"file": str(file), **echo, **found.summary(), **further, **files})
             return
-        basis = said(assembly, units=units, gap=near)
+        basis = said_under(assembly, chosen, units=units, gap=near)
         typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
         typer.echo(f"Further on. {path.explain()}" if path else f"Not followed further: {reason}.")
         written(files)
@@ -250,6 +257,7 @@ def code_check_command(
     """Verify the mechanism of a limit load linearly by Circolare 7/2019, C8.7.1.2.1.
 
     Loads of a case have no mass: under those that press down no demand is verified as borne. Draw a roof as a block.
+    The live loads of a case are left out; loads that act with the earthquake stand under its factors.
     """
     from blockstat.analysis.limit_load import LoadOutcome, limit_load
     from blockstat.code_check.linear import linear_check
@@ -259,19 +267,19 @@ def code_check_command(
     direction = numbers(load, 3, "--load", "AX,AY,AZ")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
-    permanent = None if acting is None else acting.weighted_loads
+    warn_of_left_out(acting)
+    permanent = None if acting is None else acting.weighted_permanent  # what is live may not act in an earthquake
     with shown_progress(kept=False) as progress:
         limit = limit_load(assembly, direction, loads=permanent, flow=flow, gap=near, progress=progress)
     if limit.outcome is LoadOutcome.STOPPED:
         raise KeyboardInterrupt
     found = linear_check(limit, direction, loads=permanent, **code)
+    basis: dict[str, Any] = {"live": "left_out", "units": units, "gap": near}
     if as_json:
-        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
-        print_json({"file": str(file), **echo, **found.summary()})
+        print_json({"file": str(file), **inputs_under(assembly, acting, **basis), **found.summary()})
         return
-    typer.echo(
-        f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units, gap=near)}\n{found.explain()}"
-    )
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said_under(assembly, acting, **basis)}")
+    typer.echo(found.explain())
 
 
 def code_options(

@@ -17,7 +17,13 @@ from blockstat.cli.cases import (
     case_warnings,
     chosen_case,
     doubt_loads,
+    growing_or_held,
+    inputs_under,
     load_and_loads,
+    loads_echoed,
+    loads_said,
+    said_under,
+    warn_of_left_out,
     warn_of_no_mass,
 )
 from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc, Topography, code_options
@@ -34,10 +40,8 @@ from blockstat.cli.options import (
     drawn,
     file_to_write,
     gap_of,
-    inputs,
     lengths,
     print_json,
-    said,
     told,
     written,
 )
@@ -120,13 +124,13 @@ def over_the_horizon(
     if output is not None and not found.has_limits:
         typer.echo(f"{output}: not written, for there are no limit loads to draw", err=True)
         output = None
+    basis: dict[str, Any] = {"live": "stay", "units": units, "gap": gap}
     with drawn(output=(plot_directions, found, output)) as files:
         if as_json:
-            echo = inputs(assembly, units=units, gap=gap) | ({"case": acting.name} if acting else {})
-            print_json({"file": str(file), **echo, **found.summary(), **files})
+            print_json({"file": str(file), **inputs_under(assembly, acting, **basis), **found.summary(), **files})
         else:
-            basis = said(assembly, units=units, gap=gap)
-            typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
+            typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said_under(assembly, acting, **basis)}")
+            typer.echo(found.explain())
             written(files)
     if found.stopped:
         raise KeyboardInterrupt  # some directions are missing
@@ -154,10 +158,10 @@ def friction_command(
     with at_work(f"trying frictions of {assembly.n_blocks:,} blocks"):
         found = friction_limit(assembly, loads=None if acting is None else acting.loads, gap=near, flow=flow)
     if as_json:
-        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
+        echo = inputs_under(assembly, acting, units=units, gap=near)
         print_json({"file": str(file), **echo, **found.summary()})
         return
-    basis = said(assembly, units=units, gap=near)
+    basis = said_under(assembly, acting, units=units, gap=near)
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
 
 
@@ -215,10 +219,10 @@ def tie_command(
         if files and output:
             found = replace(found, warnings=(*found.warnings, ENDLESS.format(output.name)))
         if as_json:
-            echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
+            echo = inputs_under(assembly, acting, units=units, gap=near)
             print_json({"file": str(file), **echo, **found.summary(), **files})
             return
-        basis = said(assembly, units=units, gap=near)
+        basis = said_under(assembly, acting, units=units, gap=near)
         typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
         written(files)
 
@@ -247,7 +251,7 @@ def report_command(
     """Write a report to hand over: assumptions, verdicts, the least limit load, pictures, warnings and sources.
 
     It lists all load cases; with --case all verdicts and limit loads are those under the loads of that case. With --ag
-    it has the linear code check of Circolare 7/2019 towards +-x, +-y and the weakest direction.
+    it has the linear code check of Circolare 7/2019 towards +-x, +-y and the weakest direction, without live loads.
     """
     code = asked_code(ag, soil, topography, f0, tc, confidence, behaviour)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
@@ -336,6 +340,8 @@ def write_report(
         chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)  # which names those that there are
     chosen = None if case is None else cases[case]
     warn_of_no_mass(assembly, chosen)
+    if code is not None:
+        warn_of_left_out(chosen)
     with at_work("load cases") as say:
         rows = list(case_answers(assembly, cases, gap=near))
         answers = tuple(
@@ -385,10 +391,14 @@ def prove_command(
     growing, permanent = None, None if chosen is None else chosen.loads
     if load is not None or limit:
         growing, permanent = load_and_loads(assembly, load, chosen)
+    live = growing_or_held(load) if load is not None or limit else "act"
     with at_work(f"proving {assembly.n_blocks:,} blocks"):
         proof = prove(assembly, growing, loads=permanent, gap=near)
     proof.write(output)
     if as_json:
-        print_json({"file": str(file), "output": str(output), **proof.summary()})
+        echo = loads_echoed(chosen, live)
+        print_json({"file": str(file), "output": str(output), **echo, **proof.summary()})
         return
     typer.echo(f"{output}: {proof.explain()}")
+    if chosen is not None:
+        typer.echo(loads_said(chosen, live))

@@ -62,6 +62,7 @@ class SearchOutcome(Sentence):
 
     FOUND = "Found: the search has a design that stands."
     NONE_STANDS = "None stands: no design of the space stood."
+    NO_RESERVE = "No reserve: designs stand, and none was found with the reserve or the safety asked for."
     FAILED = "Failed: no design could be judged."
     INTERRUPTED = "Interrupted: the search was ended before all designs were evaluated."
 
@@ -118,11 +119,17 @@ class SearchResult(Result):
             return SearchOutcome.INTERRUPTED
         if self.history and all(c.failed for c in self.history):
             return SearchOutcome.FAILED
-        return SearchOutcome.FOUND if self.best is not None else SearchOutcome.NONE_STANDS
+        if self.best is not None:
+            return SearchOutcome.FOUND
+        # One that lacks reserve is not simulated.
+        stand = any(c.static == "stable" and c.dynamic in ("stands", BY_STATICS, UNASKED) for c in self.history)
+        return SearchOutcome.NO_RESERVE if stand else SearchOutcome.NONE_STANDS
 
     @property
     def none_stood(self) -> str:
-        """In words that no design stood, as far as designs could be judged."""
+        """In words that no design stood, or was safe enough, as far as designs could be judged."""
+        if self.outcome is SearchOutcome.NO_RESERVE:
+            return "designs stand, and none was found with the reserve or the safety asked for"
         return f"no design {'that could be judged ' if any(c.failed for c in self.history) else ''}stood"
 
     def explain(self) -> str:

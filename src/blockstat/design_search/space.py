@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from itertools import product
 
 from blockstat.errors import InputError, no_such
@@ -68,6 +69,45 @@ class Space:
         """
         for values in product(*(self.line(name) for name in self.names)):
             yield dict(zip(self.names, values, strict=True))
+
+    def around(self, values: Mapping[str, float], names: Sequence[str]) -> Iterator[Values]:
+        """Go through the designs on the steps of some parameters, from the nearest to a design on.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Of the design; it need not lie on steps.
+        names : sequence of str
+            The parameters that take other values; the others keep theirs.
+
+        Yields
+        ------
+        dict of str to float
+            Parameter values of one design, by growing sum of the distances in steps.
+
+        Examples
+        --------
+        >>> from blockstat import scene_from, space_of
+        >>> hut = {"name": "hut", "length": 3.0, "span": 2.0}
+        >>> hut["wall"] = {"thickness": {"value": 0.6, "min": 0.2, "max": 0.8, "step": 0.2}}
+        >>> near = space_of(scene_from(hut)).around({"wall.thickness": 0.45}, ["wall.thickness"])
+        >>> [design["wall.thickness"] for design in near]
+        [0.4, 0.6, 0.2, 0.8]
+        """
+        lines = [sorted((abs(v - values[n]) / self.ranges[n].step, v) for v in self.ranges[n].steps()) for n in names]
+        first: tuple[int, ...] = (0,) * len(names)
+        # Of each design that is given, its neighbours one place further along one line wait for their turn.
+        waiting: list[tuple[float, tuple[int, ...]]] = [(sum(line[0][0] for line in lines), first)]
+        met: set[tuple[int, ...]] = {first}
+        while waiting:
+            away, places = heappop(waiting)
+            own = {name: line[k][1] for name, line, k in zip(names, lines, places, strict=True)}
+            yield {name: own.get(name, values[name]) for name in self.names}
+            for i, (line, k) in enumerate(zip(lines, places, strict=True)):
+                further = (*places[:i], k + 1, *places[i + 1 :])
+                if k + 1 < len(line) and further not in met:
+                    met.add(further)
+                    heappush(waiting, (away + line[k + 1][0] - line[k][0], further))
 
     def is_on_steps(self, values: Mapping[str, float]) -> bool:
         """Tell whether a design lies on the steps of the ranges.

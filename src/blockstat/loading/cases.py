@@ -83,6 +83,16 @@ class LoadCase:
         """What the case combines: its description, and the loads with their factors."""
         return f"{self.description} ({self.combination})" if self.description else self.combination
 
+    @property
+    def left_out(self) -> str:
+        """What a verification under an earthquake says of its live loads, which are not permanent; empty without."""
+        if not self.live.any():
+            return ""
+        return (
+            f'case "{self.name}": its live loads, of {self.combination}, are left out of the code check, for they are '
+            "not permanent; put them under factors if they act with the earthquake"
+        )
+
     def under_gravity_of(self, assembly: Assembly) -> LoadCase:
         """Return the case with its factor on the weight under another gravity; all that acts beside stays as it is.
 

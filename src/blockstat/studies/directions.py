@@ -17,7 +17,7 @@ from blockstat.analysis.limit_load import DILATES, TOLERANCE, UNBOUNDED, LimitLo
 from blockstat.analysis.problem import pose
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.loads import acceleration
+from blockstat.loads import Loads, acceleration
 from blockstat.result import Result, Sentence, finite
 from blockstat.typing import Floats
 
@@ -34,6 +34,7 @@ NARROW, FURTHER = 1e-3, 8
 SAME = 1e-6
 #: Outcomes whose bounds are not as close as was asked.
 OPEN = (LoadOutcome.UNDECIDED, LoadOutcome.STOPPED)
+AXES = ("+x", "-x", "+y", "-y", "+z", "-z")  #: names of the directions along the axes
 
 
 class DirectionOutcome(Sentence):
@@ -81,6 +82,27 @@ class DirectionalLimits(Result):
         unproven = [k for k, limit in enumerate(self.limits) if limit.outcome in OPEN]
         endless = np.isposinf(self.least.upper)  # with dilatancy, in every direction
         return [k for k in unproven if self.limits[k].lower < self.least.upper or k == self.weakest or endless]
+
+    @property
+    def undecided(self) -> dict[str, list[str]]:
+        """Why bounds are not as close as was asked: by each reason the names of the directions that it is of."""
+        reasons: dict[str, list[str]] = {}
+        for name, limit in zip(self.names, self.limits, strict=True):
+            for text in limit.warnings if limit.outcome in OPEN else ():
+                reasons.setdefault(text, []).append(name)
+        return reasons
+
+    @property
+    def told(self) -> list[str]:
+        """The warnings of a report: why directions are undecided, with their names, and then the others."""
+        reasons = [f"undecided towards {', '.join(names)}: {text}" for text, names in self.undecided.items()]
+        return [*reasons, *(text for text in self.warnings if text not in self.undecided)]
+
+    @property
+    def notable(self) -> list[int]:
+        """Numbers of the directions along the axes, of the weakest one, and of those that may carry less than it."""
+        chosen = {self.weakest, *self.open}
+        return [k for k, name in enumerate(self.names) if name in AXES or k in chosen]
 
     @property
     def has_limits(self) -> bool:
@@ -140,12 +162,8 @@ class DirectionalLimits(Result):
                 f"  {name:>{width}}  {limit.lower:.6g} to {limit.upper:.6g}{_beside(limit, bounds)}"
                 for name, limit, bounds in zip(self.names, self.limits, self.coulomb_least, strict=True)
             ]
-        undecided: dict[str, list[str]] = {}
-        for name, limit in zip(self.names, self.limits, strict=True):
-            for text in limit.warnings if limit.outcome in OPEN else ():
-                undecided.setdefault(text, []).append(name)
-        lines += [f"Undecided towards {', '.join(names)}: {text}." for text, names in undecided.items()]
-        told = [text for text in self.warnings if text not in undecided]
+        lines += [f"Undecided towards {', '.join(names)}: {text}." for text, names in self.undecided.items()]
+        told = [text for text in self.warnings if text not in self.undecided]
         return "\n".join([*lines, *(f"Warning: {text}" for text in told)])
 
     def _least_words(self) -> list[str]:
@@ -173,7 +191,8 @@ class DirectionalLimits(Result):
         dict
             Values by name. "lower", "upper", "least" and "horizon" are with associated friction, the first two those of
             the weakest direction. "coulomb_least" is what the joints that carry least carry without dilatancy towards
-            "coulomb_towards", the weakest direction then; None if not asked for.
+            "coulomb_towards", the weakest direction then; None if not asked for. "undecided" has each reason why bounds
+            are wide, and the directions that it is of.
         """
         rows = zip(
             self.names, np.rad2deg(self.angles), self.directions, self.limits, self.coulomb_least[:, 0], strict=True
@@ -202,6 +221,7 @@ class DirectionalLimits(Result):
                 }
                 for name, angle, direction, limit, carried in rows
             ],
+            "undecided": [{"reason": text, "towards": names} for text, names in self.undecided.items()],
             "blocks": self.assembly.n_blocks,
             "warnings": list(self.warnings),
         }
@@ -215,7 +235,7 @@ def limit_load_by_direction(
     refine: bool = True,
     friction: float | None = None,
     gravity: Any = None,
-    loads: Floats | None = None,
+    loads: Loads | None = None,
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",

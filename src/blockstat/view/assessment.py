@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date as Date
 from html import escape
 from importlib.metadata import version
@@ -23,7 +23,7 @@ from blockstat.io.parts import UNITS
 from blockstat.result import Result, listed, plain
 from blockstat.studies.directions import DIRECTIONS, DirectionalLimits, DirectionOutcome, limit_load_by_direction
 from blockstat.typing import Floats
-from blockstat.view.document import CODE, MEANING, SOURCES, bullets, facts, figure, page, table
+from blockstat.view.document import CODE, MEANING, SOURCES, bullets, facts, figure, page, table, verdict_box
 from blockstat.view.plot import plot, plot_forces, plot_mechanism
 from blockstat.view.polar import plot_directions
 from blockstat.view.thrust_lines import plot_thrust
@@ -39,7 +39,6 @@ TONES = {
     "stable": "good", "stands": "good", "satisfied": "good",
     "unstable": "bad", "falls": "bad", "stable_only_by_self_stress": "bad", "not_satisfied": "bad",
 }  # fmt: skip
-AXES = ("+x", "-x", "+y", "-y", "+z", "-z")  #: directions whose mechanisms are shown, beside the weakest
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +59,8 @@ class Assessment(Result):
     checks: tuple[tuple[str, LinearCheck | LoadOutcome], ...] = ()
     loaded: bool = False  #: whether further loads act, beside the weight or the case
     told: tuple[str, ...] = ()  #: warnings about the input, beside those of the parts
+    #: Limit loads without the live loads of the case, on which the code check rests; None where it was not asked for.
+    pushed: DirectionalLimits | None = None
 
     @property
     def assembly(self) -> Assembly:
@@ -107,8 +108,10 @@ class Assessment(Result):
     @property
     def warnings(self) -> tuple[str, ...]:
         """The warnings about the input and of all parts, each once."""
-        parts = (self.associated, self.coulomb, self.directions, self.dynamic)
-        own = [*self.told, *(text for part in parts for text in getattr(part, "warnings", ()))]
+        parts = (self.associated, self.coulomb, self.dynamic)
+        own = [*self.told, *(text for part in parts for text in getattr(part, "warnings", ())), *self.directions.told]
+        if self.pushed is not None and self.pushed is not self.directions:
+            own += [f"code check: {text}" for text in self.pushed.told if text not in own]
         every = [(name, text) for name, check in self.verified for text in check.warnings]
         own += [f"code check towards {name}: {text}" for name, text in every if text not in own]
         return tuple(dict.fromkeys(own))
@@ -163,6 +166,7 @@ def assess_fully(
     code : mapping, optional
         Options of `blockstat.linear_check`, such as ``{"site": Site("B"), "demand": 0.15}``: the mechanisms towards +-x
         and +-y and the weakest one are verified where there is a limit load, and those that may carry less are named.
+        The live loads of the case are left out there: they may not act in an earthquake.
 
     Returns
     -------
@@ -175,28 +179,26 @@ def assess_fully(
         As in `blockstat.assess`.
     """
     check_choice("units", units, UNITS)
-    loaded, permanent = loads is not None, loads
+    loaded, permanent, live = loads is not None, loads, case is not None and bool(case.live.any())
     if case is not None:
-        permanent = case.weighted_loads if loads is None else loads + case.loads
-        loads = case.loads if loads is None else loads + case.loads
+        beside, stays = np.zeros(6) if loads is None else loads, case.weighted_permanent
+        permanent, loads = replace(stays, beside=stays.beside + beside), case.loads + beside
     coulomb = assess(assembly, gap=gap, loads=loads, flow="coulomb")
     associated = coulomb
     if coulomb.outcome is not Outcome.UNSTABLE:
         associated = assess(assembly, gap=gap, loads=loads, interfaces=coulomb.interfaces)
-    limits = limit_load_by_direction(assembly, directions, gap=gap, loads=loads)
+    pushed = limits = limit_load_by_direction(assembly, directions, gap=gap, loads=loads)
     dynamic = None
     if verify is not None:
         dynamic = verify(assembly) if loads is None else verify(assembly, loads=loads)
-    code = None if code is None else {"loads": permanent, **code}
-    checks = () if code is None else tuple(_check(limits, k, code) for k in _shown(limits))
+    checks: tuple[tuple[str, LinearCheck | LoadOutcome], ...] = ()
+    if code is not None:
+        if live:
+            pushed = limit_load_by_direction(assembly, directions, gap=gap, loads=permanent)
+        checks = tuple(_check(pushed, k, {"loads": permanent, **code}) for k in pushed.notable)
     source = source or assembly.name
-    return Assessment(associated, coulomb, limits, dynamic, source, units, gap, tuple(cases), case, checks, loaded)
-
-
-def _shown(limits: DirectionalLimits) -> list[int]:
-    """Directions along the axes, the weakest one, and those that may carry less than it."""
-    chosen = {limits.weakest, *limits.open}
-    return [k for k, name in enumerate(limits.names) if name in AXES or k in chosen]
+    own: dict[str, Any] = {"case": case, "checks": checks, "loaded": loaded, "pushed": None if code is None else pushed}
+    return Assessment(associated, coulomb, limits, dynamic, source, units, gap, tuple(cases), **own)
 
 
 def _check(limits: DirectionalLimits, k: int, code: Mapping[str, Any]) -> tuple[str, LinearCheck | LoadOutcome]:
@@ -250,10 +252,6 @@ def assessment_html(found: Assessment, *, day: Date | None = None) -> str:
     return page(f"{name}: assessment", body)
 
 
-def _near(gap: float | str) -> str:
-    return gap if isinstance(gap, str) else f"{gap:g} of the size of the smaller block"
-
-
 def assumptions(found: Assessment) -> list[tuple[str, str]]:
     """Return every input and assumption in words.
 
@@ -273,6 +271,7 @@ def assumptions(found: Assessment) -> list[tuple[str, str]]:
     gravity = np.linalg.norm(assembly.gravity)
     up = -assembly.gravity / gravity
     axis = next((name for name, part in zip("xyz", up, strict=True) if part > 1 - 1e-9), None)
+    near = found.gap if isinstance(found.gap, str) else f"{found.gap:g} of the size of the smaller block"
     supports = [assembly.names[i] for i in np.flatnonzero(assembly.support)]
     laws = [_law(law.as_dict()) for law in assembly.joints]
     return [
@@ -293,7 +292,7 @@ def assumptions(found: Assessment) -> list[tuple[str, str]]:
         ("weight of the free blocks", f"{plain(assembly.free_weight / 1e3, 4)} kN"),
         ("volume of the free blocks", f"{plain(assembly.volume[free].sum(), 4)} m3"),
         ("joints", f"{faces.n_interfaces:,} with {faces.n_points:,} contact points; {len(faces.dropped)} left out"),
-        ("gap", f"faces count as touching up to {_near(found.gap)}"),
+        ("gap", f"faces count as touching up to {near}"),
         ("blocks are", "rigid and unbreakable; edges do not crush unless a joint law says so"),
     ]
 
@@ -308,12 +307,14 @@ def _answers(found: Assessment) -> str:
     parts = []
     for title, result in rows:
         if result is None:
-            parts.append(_box("", title, "Not asked for. dynsim report simulates the blocks, too."))
+            parts.append(verdict_box("", title, "Not asked for. dynsim report simulates the blocks, too."))
             continue
         said = result.headline if isinstance(result, Verdict) else result.outcome.value
         word, _, sentence = said.partition(": ")
         parts.append(
-            _box(TONES.get(result.outcome.word, ""), f"{title}: {word.lower()}", sentence[:1].upper() + sentence[1:])
+            verdict_box(
+                TONES.get(result.outcome.word, ""), f"{title}: {word.lower()}", sentence[:1].upper() + sentence[1:]
+            )
         )
     limits = found.directions
     if limits.outcome is DirectionOutcome.LIMIT:
@@ -323,9 +324,11 @@ def _answers(found: Assessment) -> str:
             f"{limits.names[limits.weakest]}. Over all directions of the horizon the least lies between {low:.4g} and "
             f"{high:.4g}. {DILATES}"
         )
-        parts.append(_box("", f"Least limit load (associated friction): {limits.least.upper:.4g}", words))
+        parts.append(verdict_box("", f"Least limit load (associated friction): {limits.least.upper:.4g}", words))
     else:
-        parts.append(_box("", f"Least limit load: {limits.outcome.word.replace('_', ' ')}", limits.outcome.value))
+        parts.append(
+            verdict_box("", f"Least limit load: {limits.outcome.word.replace('_', ' ')}", limits.outcome.value)
+        )
     parts += [_code_box(found)] if found.checks else []
     return "".join(parts)
 
@@ -343,15 +346,11 @@ def _code_box(found: Assessment) -> str:
         words.insert(0, f"Least towards {name}: ag = {check.ag_life:.4g} g at SLV{asked}. {check.outcome.value}")
         if check.outcome is CheckOutcome.NOT_SATISFIED or set(towards) <= {LoadOutcome.UNBOUNDED}:
             answer, tone = _answer(check.outcome), TONES.get(check.outcome.word, "")
-    return _box(tone, f"Code check (linear): {answer}", " ".join(words))
+    return verdict_box(tone, f"Code check (linear): {answer}", " ".join(words))
 
 
 def _answer(outcome: CheckOutcome | LoadOutcome) -> str:
     return outcome.word.replace("_", " ")
-
-
-def _box(tone: str, title: str, words: str) -> str:
-    return f'<div class="verdict {tone}"><b>{escape(title)}</b><br>{escape(words)}</div>'
 
 
 def _cases(found: Assessment) -> str:
@@ -392,16 +391,17 @@ def _checks(found: Assessment) -> str:
         for name, check in found.verified
     ]  # fmt: skip
     rows += [(name, *["-"] * 7, _answer(outcome)) for name, outcome in found.left_out]
+    left_out = f" C{found.case.left_out[1:]}." if found.case is not None and found.case.left_out else ""
     heads = ["towards", "alpha0", "bodies", "e*", "apart", "a0* [m/s2]", "ag SLD [g]", "ag SLV [g]", "answer"]
     if not found.verified:
         words = "Linear verification of the mechanisms by Circolare 7/2019, C8.7.1.2.1: no load has a limit to verify."
-        return f"<p>{escape(words)}</p>" + table(heads, rows)
+        return f"<p>{escape(words + left_out)}</p>" + table(heads, rows)
     first = found.verified[0][1]
     asked = "" if first.demand is None else f" Asked for at SLV: ag = {first.demand:.4g} g."
     words = (
         f"Linear verification of the mechanisms by Circolare 7/2019, C8.7.1.2.1, with FC = {first.confidence:g} and "
         f"q = {first.behaviour:g}; on {first.ground}.{asked} alpha0 is {first.multiplier}. e* is that taken; beside it "
-        "that of the bodies apart. The mass is that of the blocks; loads have none."
+        f"that of the bodies apart. The mass is that of the blocks; loads have none.{left_out}"
     )
     return f"<p>{escape(words)}</p>" + table(heads, rows)
 
@@ -440,7 +440,7 @@ def _pictures(found: Assessment) -> str:
             draw(plot_mechanism, found.associated, "fall", words if proven else f"{words} Nothing is proven to move.")
         if limits.outcome is DirectionOutcome.LIMIT:
             draw(plot_directions, limits, "horizon", "Limit load by direction; the least is orange.")
-            limited = [k for k in _shown(limits) if limits.limits[k].outcome is LoadOutcome.LIMIT]
+            limited = [k for k in limits.notable if limits.limits[k].outcome is LoadOutcome.LIMIT]
             for k in sorted(limited, key=lambda k: limits.upper[k]):
                 what = "least limit load" if k == limits.weakest else "limit load"
                 words = f"Mechanism of the {what}, {limits.upper[k]:.4g} towards {limits.names[k]}."

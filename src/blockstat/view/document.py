@@ -123,6 +123,24 @@ def facts(rows: Iterable[tuple[str, str]]) -> str:
     return f'<dl class="facts">{cells}</dl>'
 
 
+def verdict_box(tone: str, title: str, words: str) -> str:
+    """Return an answer in a box.
+
+    Parameters
+    ----------
+    tone : str
+        "good", "bad", or empty for neither.
+    title, words : str
+        Plain text: the answer, and what it rests on.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
+    return f'<div class="verdict {tone}"><b>{escape(title)}</b><br>{escape(words)}</div>'
+
+
 def bullets(lines: Iterable[str]) -> str:
     """Return a list of sentences.
 

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.errors import InputError
-from blockstat.studies.directions import DirectionalLimits
+from blockstat.studies.directions import OPEN, DirectionalLimits, DirectionOutcome
 from blockstat.typing import Floats
 from blockstat.view.plot import Place, fresh_figure, save_figure
 
@@ -20,9 +21,10 @@ LINE, WEAKEST, COULOMB = "#0072B2", "#D55E00", "#009E73"
 def plot_directions(found: DirectionalLimits, place: Place) -> Place:
     """Draw the limit load multiplier of each direction as a distance from the centre, the weakest one marked.
 
-    Between two directions the line is straight on the plan: by convexity at least so much is carried there. With
-    flow="coulomb" what the joints that carry least carry without dilatancy is drawn beside that, and its least is
-    marked; the dashed line between these points proves nothing.
+    Between two directions the line is straight on the plan: by convexity at least so much is carried there. A
+    direction that is undecided is hollow: it carries what is drawn, and may carry more. With flow="coulomb" what the
+    joints that carry least carry without dilatancy is drawn beside that, and its least is marked; the dashed line
+    between these points proves nothing.
 
     Parameters
     ----------
@@ -62,31 +64,43 @@ def plot_directions(found: DirectionalLimits, place: Place) -> Place:
 
 def _draw(found: DirectionalLimits, axes: Any) -> None:
     limited = np.array([limit.outcome is not LoadOutcome.UNBOUNDED for limit in found.limits])
-    line = _curve(axes, found.angles, np.where(limited, found.lower, np.nan), LINE, label="associated friction")
+    wide = np.array([limit.outcome in OPEN for limit in found.limits])
+    line = _curve(axes, found.angles, np.where(limited, found.lower, np.nan), wide, LINE, label="associated friction")
     axes.fill(*line, color=LINE, alpha=0.12)
-    worst, least, basis = found.weakest, found.least.upper, ""
+    worst, least, basis, doubt = found.weakest, found.least.upper, "", ""
+    if found.outcome is DirectionOutcome.UNDECIDED:
+        doubt = "undecided, at most "
     if found.weakest_coulomb is not None:
         worst, carried, basis = found.weakest_coulomb, found.coulomb_least[:, 0], " without dilatancy"
         least = float(carried[worst])
-        _curve(axes, found.angles, carried, COULOMB, label="without dilatancy", linestyle="--")
+        _curve(axes, found.angles, carried, wide, COULOMB, label="without dilatancy", linestyle="--")
+    if wide.any():
+        axes.plot([], [], "o", color="0.4", markerfacecolor="white", markersize=5, label="undecided")
+    if wide.any() or basis:
         axes.legend(loc="lower left", bbox_to_anchor=(-0.15, -0.15), fontsize=9)
     axes.plot([0, found.angles[worst]], [0, least], color=WEAKEST, linewidth=2)
-    axes.plot(found.angles[worst], least, "o", color=WEAKEST, markersize=7)
+    inside = "white" if wide[worst] else WEAKEST
+    axes.plot(found.angles[worst], least, "o", color=WEAKEST, markerfacecolor=inside, markersize=7)
     so_far = " so far" if found.stopped else ""
-    told = f"least{so_far} of {len(found.limits)} directions{basis}: {least:.4g} towards {found.names[worst]}"
+    of_how_many = f"least{so_far} of {len(found.limits)} directions{basis}"
+    told = f"{of_how_many}: {doubt}{least:.4g} towards {found.names[worst]}"
     axes.set_title(f"{found.assembly.name}: {told}", fontsize=11, parse_math=False)
     axes.set_thetagrids([0, 45, 90, 135, 180, 225, 270, 315], ["+x", "", "+y", "", "-x", "", "-y", ""])
     axes.set_rmin(0.0)
     axes.set_rlabel_position(22.5)
 
 
-def _curve(axes: Any, angle: Floats, size: Floats, colour: str, **look: Any) -> tuple[Floats, Floats]:
+def _curve(
+    axes: Any, angle: Floats, size: Floats, hollow: NDArray[np.bool_], colour: str, **look: Any
+) -> tuple[Floats, Floats]:
     """Draw points of known size and the polygon through them, which is closed where all are known; return it."""
     known = np.isfinite(size)
     at = np.flatnonzero(known)
     line = _straight(*(values[np.append(at, at[:1]) if known.all() else at] for values in (angle, size)))
     axes.plot(*line, color=colour, linewidth=1.4, **look)
-    axes.plot(angle[at], size[at], "o", color=colour, markersize=3.5)
+    for rows, inside, width in ((at[~hollow[at]], colour, 3.5), (at[hollow[at]], "white", 5.0)):
+        if len(rows):
+            axes.plot(angle[rows], size[rows], "o", color=colour, markerfacecolor=inside, markersize=width)
     return line
 
 

@@ -2,5 +2,5 @@
 
 This room imports the root, `bonds`, `comparison`, `design_search`, `earthquake`, `engine`, `judge`, `loads`, `panel`,
 `parallel` and `view`, each inside the command that needs it, and of `blockstat` the root, `app`, `cli`,
-`design_search`, `sequence`, `spec`, `system` and `view`.
+`design_search`, `loading`, `sequence`, `spec`, `system` and `view`.
 """

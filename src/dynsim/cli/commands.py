@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from blockstat.cli.cases import Case, LoadsFile, chosen_case, doubt_loads, load_and_loads
+from blockstat.cli.cases import (
+    Case,
+    LoadsFile,
+    chosen_case,
+    doubt_loads,
+    growing_or_held,
+    load_and_loads,
+    loads_echoed,
+    loads_said,
+)
 from blockstat.cli.displacement import doubt_movement
 from blockstat.cli.options import (
     AsJson,
@@ -65,6 +74,7 @@ from dynsim.cli.sequence import sequence
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+    from blockstat.loading.cases import LoadCase
     from dynsim.comparison.table import Comparison
     from dynsim.judge.verdict import DynamicVerdict
     from dynsim.parallel.pool import Row
@@ -125,7 +135,7 @@ def verify(
         return with_glue(assembly, glue)
 
     settings, near = settings_of(preset, threshold, group), gap_of(gap)
-    loads = loads_of(remove, settle, push, tilt_to)
+    loads, acting = loads_of(remove, settle, push, tilt_to), None
     if case is not None or loads_file is not None:
         if len(files) > 1:
             raise InputError("--case goes with one file")
@@ -138,7 +148,7 @@ def verify(
     actions = stiffness_of(inertia_scale, angular_stiffness)
     evaluate = partial(run, settings=settings, loads=loads, actions=actions, gap=near, engine=engine)
     if len(files) == 1 and timeout is None:
-        _verify_one(files[0], read(files[0]), evaluate, output, as_json, film)
+        _verify_one(files[0], read(files[0]), evaluate, output, as_json, film, acting)
         return
     if output is not None or film is not None:
         raise InputError("-o writes the run of one file without --timeout")
@@ -159,6 +169,7 @@ def _verify_one(
     output: Path | None,
     as_json: bool,
     film: float | None,
+    case: LoadCase | None = None,
 ) -> None:
     """One verdict, its run written where that is asked for."""
     from dynsim.view.export import check_path, write_run
@@ -179,9 +190,11 @@ def _verify_one(
 
     with drawn(output=(write, verdict, output)) as files:
         if as_json:
-            print_json({"file": str(file), **verdict.summary(), **files})
+            print_json({"file": str(file), **loads_echoed(case), **verdict.summary(), **files})
             return
         typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {verdict.run.process_seconds:.1f} s")
+        if case is not None:
+            typer.echo(loads_said(case))
         typer.echo(verdict.explain())
         if files:
             typer.echo(f"run: {output}")
@@ -260,9 +273,8 @@ def limit(
 
     near = gap_of(gap)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    growing, permanent = load_and_loads(
-        assembly, direction, chosen_case(assembly, file, case, loads_file, gap=near, tilt=tilt)
-    )
+    acting = chosen_case(assembly, file, case, loads_file, gap=near, tilt=tilt)
+    growing, permanent = load_and_loads(assembly, direction, acting)
     settings = settings_of(preset, threshold)
     with at_work("static limit") as say:
         found = run(
@@ -270,9 +282,11 @@ def limit(
             progress=lambda trial: say(f"{trial.multiplier:.5g}: {trial.verdict} (Ctrl-C keeps the bracket)"),
         )  # fmt: skip
     if as_json:
-        print_json({"file": str(file), **found.summary()})
+        print_json({"file": str(file), **loads_echoed(acting, growing_or_held(direction)), **found.summary()})
     else:
         typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.process_seconds:.1f} s")
+        if acting is not None:
+            typer.echo(loads_said(acting, growing_or_held(direction)))
         typer.echo(found.explain())
     if found.outcome is LimitOutcome.STOPPED and not (isfinite(found.lower) and isfinite(found.upper)):
         raise KeyboardInterrupt  # before there was a bracket
