@@ -58,7 +58,8 @@ def stepped(trial: TrialState, step: float) -> TrialState:
     residual = np.zeros(structure.interfaces.n_interfaces)
     np.maximum.at(residual, linkage.contacts.joint, closed.residual_gap)
     guess = None if trial.limit.multiplier is None else trial.limit.mechanism
-    after = trial_state_at(linkage, closed.pose, parameter, residual, guess)
+    pose = linkage.with_yielded_ties(closed.pose, parameter)
+    after = trial_state_at(linkage, pose, parameter, residual, guess)
     return replace(after, left_open=float(residual.max(initial=0.0)))
 
 
@@ -109,7 +110,7 @@ def trial_state_at(
 
 
 def _with_taut_ties(linkage: Linkage, pose: Pose, parameter: float) -> Linkage:
-    """The linkage that holds the ties, too, that were slack before a step and are longer after it than at rest."""
+    """The linkage that holds the ties, too, that were slack before a step and are longer after it than their own length."""
     slack = slack_of_ties(linkage.assembly, linkage.structure.with_supports(pose, parameter))
     taut = linkage.slack[slack[linkage.slack] < 0]
     return linkage.rejoined(linkage.contacts.number + taut, pose, parameter) if len(taut) else linkage
