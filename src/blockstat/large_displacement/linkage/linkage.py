@@ -339,6 +339,27 @@ class Linkage:
         """
         return with_yielded_ties(self.assembly, pose, self.yielding, self.structure.with_supports(pose, parameter))
 
+    def with_turned_ties(self, pose: Pose, parameter: float, motion: Floats) -> Linkage:
+        """Return the linkage whose ties are slack that have yielded and are shorter by now, or shorten.
+
+        Parameters
+        ----------
+        pose, parameter
+            As in `with_yielded_ties`.
+        motion
+            Of the linkage for a unit rate of the parameter, shape (n_blocks, 6).
+
+        Returns
+        -------
+        Linkage
+            The given one where no tie has yielded.
+        """
+        if not len(self.yielding):
+            return self
+        slack = tie_status(self.configuration(pose, parameter), motion, float(self.control is None))[1]
+        turned = np.intersect1d(slack, self.yielding)
+        return replace(self, slack=np.union1d(self.slack, turned).astype(np.int64))
+
 
 def linkage_at_rest(
     structure: Structure,
