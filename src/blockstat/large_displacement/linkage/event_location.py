@@ -137,7 +137,7 @@ def reversal_of_tie(solver: StateSolver, state: PathState, point: PathPoint) -> 
     return min(zip(roots, own[turned].tolist(), strict=True), default=None)
 
 
-def slack_from_reversal(solver: StateSolver, state: PathState, turn: tuple[float, int]) -> PathState | None:
+def slack_from_reversal(solver: StateSolver, state: PathState, turn: tuple[float, int]) -> PathState:
     """Return a state in which a tie is slack that turns back: it keeps the length that it has yielded to.
 
     Parameters
@@ -149,12 +149,17 @@ def slack_from_reversal(solver: StateSolver, state: PathState, turn: tuple[float
 
     Returns
     -------
-    PathState or None
-        With the length of the tie there; None where the linkage has no pose there.
+    PathState
+        With the length of the tie there.
+
+    Raises
+    ------
+    NoRootError
+        When the linkage has no pose there.
     """
     at = solver.point_at(state, turn[0])
     if at is None:
-        return None
+        raise NoRootError
     linkage = replace(state.linkage, slack=np.union1d(state.linkage.slack, turn[1]).astype(np.int64))
     pose = replace(state.point.pose, yielded=at.pose.yielded)
     return replace(state, linkage=linkage, point=replace(state.point, pose=pose))

@@ -144,10 +144,7 @@ class LinkageFollower:
             leaps = turn is not None and turn[0] - start.parameter <= 2 * across
             if turn is not None:  # a step ends just before the force of the tie leaps, and the next one leads across
                 target = min(turn[0] + (across if leaps else -across), self.end)
-                slack = slack_from_reversal(self.solver, state, turn) if leaps else state
-                if slack is None:
-                    return PathEnd.LOST, state, None
-                state = slack
+                state = slack_from_reversal(self.solver, state, turn) if leaps else state
                 point = self.solver.point_at(state, target)
             deviation = np.inf if point is None else 0.0 if leaps else self._deviation(state, point)
             if point is None or deviation > allowed:
