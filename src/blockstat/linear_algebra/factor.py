@@ -104,7 +104,7 @@ class SuperLU:
 
         _check_finite(upper)
         full = self._full = sparse.csc_array(upper + sparse.triu(upper, 1).T)
-        if not upper.shape[0]:  # which SuperLU refuses
+        if len(upper.indptr) == 1:  # it has no rows, which SuperLU refuses
             return
         options = {"SymmetricMode": True}
         try:
