@@ -1,5 +1,6 @@
 """Numbers that no building has, each refused from the first one on, and what happens where one gets through."""
 
+import gc
 from math import inf, nan
 
 import numpy as np
@@ -41,6 +42,20 @@ def test_a_matrix_that_is_not_finite_is_refused_before_it_is_factored(make, valu
         factor.update(sparse.csr_array(np.array([[2.0, value], [0.0, 2.0]])))
     factor.update(sparse.csr_array(np.array([[2.0, 1.0], [0.0, 2.0]])))
     assert factor.solve(np.array([3.0, 3.0])) == pytest.approx([1.0, 1.0])
+
+
+@pytest.mark.parametrize("make", [make_factor, SuperLU])
+@pytest.mark.parametrize("shape", [(0,), (0, 3)])
+def test_a_matrix_without_rows_is_factored_and_its_factor_ends_in_silence(make, shape, monkeypatch):
+    """As where all blocks stick to supports. What a `__del__` raises Python tells by a hook."""
+    told = []
+    monkeypatch.setattr("sys.unraisablehook", told.append)
+    factor = make()
+    factor.update(sparse.csr_array((0, 0)))
+    assert factor.solve(np.zeros(shape)).shape == shape
+    del factor
+    gc.collect()
+    assert not told
 
 
 @pytest.mark.parametrize(("force", "allowed"), [(1e160, False), (1e30, False), (9e29, True), (1e-31, False)])

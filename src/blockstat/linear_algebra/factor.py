@@ -104,6 +104,8 @@ class SuperLU:
 
         _check_finite(upper)
         full = self._full = sparse.csc_array(upper + sparse.triu(upper, 1).T)
+        if len(upper.indptr) == 1:  # it has no rows, which SuperLU refuses
+            return
         options = {"SymmetricMode": True}
         try:
             self._lu = splu(full, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
@@ -123,6 +125,8 @@ class SuperLU:
         array of float
             Solutions, of the shape of the right-hand sides.
         """
+        if not len(right):
+            return np.zeros_like(right)
         found = self._lu.solve(right)
         # One round of refinement, because there was no pivoting.
         better = found + self._lu.solve(right - self._full @ found)
@@ -177,6 +181,8 @@ class Pardiso:
 
     def _call(self, phase: int, right: Floats) -> Floats:
         assert self._index is not None
+        if not len(right):  # a matrix without rows, which Pardiso refuses
+            return np.zeros_like(right)
         start, column = (part.ctypes.data_as(ctypes.POINTER(ctypes.c_int32)) for part in self._index)
         found = np.zeros_like(right)
         one, kind, what, size, columns, quiet, error = map(

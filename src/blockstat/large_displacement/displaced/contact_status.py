@@ -107,5 +107,5 @@ def tie_status(
     shorter = slack_of_ties(assembly, pose) / float(free_sizes(assembly).max())
     slack = (shorter > SLACK) | (shortens > sticking_speed)
     finite = np.isfinite([tie.greatest for tie in assembly.ties])
-    yields = finite & ((shortens < -sticking_speed) | (shorter < -SLACK))  # one that has yielded has no length to keep
+    yields = finite & (shortens < -sticking_speed)
     return np.flatnonzero(unilateral & ~slack & ~yields), np.flatnonzero(unilateral & slack)

@@ -9,7 +9,7 @@ where d is the displacement of the centroid [m] and R the rotation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,10 +22,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """The positions of all blocks relative to the assembly at rest."""
+    """The positions of all blocks relative to the assembly at rest, and how far ties have yielded on the way there."""
 
     rotation: Floats  #: rotation matrices, shape (n_blocks, 3, 3)
     displacement: Floats  #: of the centroids, shape (n_blocks, 3) [m]
+    #: by how much ties are longer than at rest for good, and struts shorter, shape (n_ties,) [m]; empty where none has
+    #: yielded
+    yielded: Floats = field(default_factory=lambda: np.empty(0))
 
     def centroids(self, assembly: Assembly) -> Floats:
         """Return the displaced centroids.

@@ -1,7 +1,9 @@
 """The structure whose blocks are displaced, and its configuration: a pose with the active set of contacts.
 
-A tie is unilateral. One that is shorter than at rest hangs slack and pulls with its least force, until it is as long as
-at rest again. A strut is slack where it is longer than at rest. Supports that move whole carry the ends of their ties.
+A tie is unilateral. One that is shorter than its own length hangs slack and pulls with its least force, until it is as
+long as that again. Its own length is that at rest and whatever it has yielded by since: a tie lengthens for good while
+its force is its greatest, and at no smaller one. So a strength that is not reached does not matter. A strut is slack
+where it is longer than its own length. Supports that move whole carry the ends of their ties.
 """
 
 from __future__ import annotations
@@ -104,7 +106,7 @@ class Structure:
         """
         return replace(pose, displacement=pose.displacement + parameter * self.support_motion[:, :3])
 
-    def tie_power(self, pose: Pose, parameter: float, motion: Floats) -> float:
+    def tie_power(self, pose: Pose, parameter: float, motion: Floats, yielding: Ints | None = None) -> float:
         """Return the power of the ties in a motion.
 
         Parameters
@@ -116,6 +118,8 @@ class Structure:
         motion
             Rates of all blocks about their displaced centroids, shape (n_blocks, 6); where supports move, for a unit
             rate of their movement.
+        yielding
+            Numbers of the ties that yield if they lengthen; all where None.
 
         Returns
         -------
@@ -128,17 +132,18 @@ class Structure:
         there = displaced_with_slack_ties(self.assembly, self.with_supports(pose, parameter))
         moving = motion + self.support_motion
         held = -KEPT_LENGTH * float(np.abs(moving).max())
-        return sum(
-            rate * (tie.least if rate >= held or np.isinf(tie.greatest) else tie.greatest)
-            for tie, rate in zip(there.ties, slackening(there, moving).tolist(), strict=True)
-        )
+        rates = slackening(there, moving)
+        force = [tie.least for tie in there.ties]
+        for k in _which_yield(there.ties, rates < held, yielding):
+            force[k] = there.ties[k].greatest
+        return float(rates @ force)
 
-    def dead_power(self, pose: Pose, parameter: float, motion: Floats) -> float:
+    def dead_power(self, pose: Pose, parameter: float, motion: Floats, yielding: Ints | None = None) -> float:
         """Return the power of the permanent loads and the ties in a motion.
 
         Parameters
         ----------
-        pose, parameter, motion
+        pose, parameter, motion, yielding
             As in `tie_power`.
 
         Returns
@@ -146,7 +151,7 @@ class Structure:
         float
             w'u and that of the ties [W].
         """
-        return float((self.dead_load(pose) * motion).sum()) + self.tie_power(pose, parameter, motion)
+        return float((self.dead_load(pose) * motion).sum()) + self.tie_power(pose, parameter, motion, yielding)
 
     def part_of_live_power(self, pose: Pose, motion: Floats, blocks: Ints) -> float:
         """Return the part of the power of the live load in a motion that is on some blocks.
@@ -166,12 +171,12 @@ class Structure:
         power: Floats = (self.live_load(pose) * motion).sum(axis=1)
         return float(power[blocks].sum() / power.sum())
 
-    def multiplier(self, pose: Pose, parameter: float, motion: Floats) -> float:
+    def multiplier(self, pose: Pose, parameter: float, motion: Floats, yielding: Ints | None = None) -> float:
         """Return the multiplier of virtual work, under which all loads together do no work in a motion.
 
         Parameters
         ----------
-        pose, parameter, motion
+        pose, parameter, motion, yielding
             As in `tie_power`.
 
         Returns
@@ -180,7 +185,7 @@ class Structure:
             alpha = -w'u / l'u, with the power of the ties in w'u; nan where the live load does no work.
         """
         work = float((self.live_load(pose) * motion).sum())
-        dead = self.dead_power(pose, parameter, motion)
+        dead = self.dead_power(pose, parameter, motion, yielding)
         return -dead / work if work else np.nan
 
 
@@ -193,6 +198,10 @@ class Configuration:
     closed: np.ndarray  #: the active set: which contacts are closed, shape (n_contacts,) bool
     pose: Pose
     parameter: float  #: movement of the supports, or displacement of the control [m]
+    #: numbers of the ties that yield if they lengthen, and of those that are slack, in the motions of a linkage; the
+    #: lengths and rates of ties tell that alone where None
+    yielding: Ints | None = None
+    slack: Ints | None = None
 
     @cached_property
     def joints(self) -> tuple[Interfaces, Ints]:
@@ -227,8 +236,8 @@ class Configuration:
         multiplier
             Of the live load.
         motion
-            Rates of all blocks, supports included, in which ties yield or go slack, shape (n_blocks, 6). None where
-            they may carry whatever they can.
+            Rates of all blocks, supports included, in which ties yield or are slack, shape (n_blocks, 6). None where
+            those that are not slack may carry whatever they can.
 
         Returns
         -------
@@ -240,10 +249,28 @@ class Configuration:
         if fixed.live is not None and multiplier:
             loads = loads + multiplier * fixed.live_load(self.pose)
         there = displaced_with_slack_ties(fixed.assembly, fixed.with_supports(self.pose, self.parameter))
-        there = there if motion is None else _with_ties_in_motion(there, motion)
+        there = there if motion is None else self._with_ties_in_motion(there, motion)
         return equilibrium_problem(
             there, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=self.joints[0], displaced=True
         )
+
+    def _with_ties_in_motion(self, there: Assembly, motion: Floats) -> Assembly:
+        """The displaced assembly whose ties have the force that a motion gives them.
+
+        One that lengthens yields at its greatest force, and one that shortens or is slack keeps its least. One that
+        keeps its length, or has no greatest force, may carry whatever it can.
+        """
+        if not there.ties:
+            return there
+        rate, held = slackening(there, motion), KEPT_LENGTH * float(np.abs(motion).max(initial=0.0))
+        ties, loose = list(there.ties), rate > held
+        if self.slack is not None:
+            loose[self.slack] = True
+        for k in np.flatnonzero(loose):
+            ties[k] = replace(ties[k], greatest=ties[k].least)
+        for k in _which_yield(ties, (rate < -held) & ~loose, self.yielding):
+            ties[k] = replace(ties[k], least=ties[k].greatest)
+        return replace(there, ties=tuple(ties))
 
 
 def why_not_followed(assembly: Assembly, interfaces: Interfaces) -> str:
@@ -270,7 +297,7 @@ def why_not_followed(assembly: Assembly, interfaces: Interfaces) -> str:
 
 
 def slack_of_ties(assembly: Assembly, pose: Pose) -> Floats:
-    """Return by how much ties are shorter than at rest, and struts longer.
+    """Return by how much ties are shorter than their own length, that at rest and what they have yielded by.
 
     Parameters
     ----------
@@ -282,16 +309,43 @@ def slack_of_ties(assembly: Assembly, pose: Pose) -> Floats:
     Returns
     -------
     Floats
-        Shape (n_ties,) [m]; negative where a tie has lengthened.
+        Shape (n_ties,) [m]; of struts, by how much they are longer. Negative where a tie is longer than its own length.
     """
-    return _slack(assembly.ties, displaced_assembly(assembly, pose).ties) if assembly.ties else np.empty(0)
+    return _slack(assembly.ties, displaced_assembly(assembly, pose).ties, pose) if assembly.ties else np.empty(0)
 
 
-def _slack(rest: Sequence[Tie], now: Sequence[Tie]) -> Floats:
+def _slack(rest: Sequence[Tie], now: Sequence[Tie], pose: Pose) -> Floats:
     lengths = [np.diff([tie.points for tie in ties], axis=1)[:, 0] for ties in (rest, now)]
     shorter = np.linalg.norm(lengths[0], axis=1) - np.linalg.norm(lengths[1], axis=1)
     slack: Floats = np.where([tie.strut for tie in rest], -shorter, shorter)
-    return slack
+    return slack + pose.yielded if len(pose.yielded) else slack
+
+
+def with_yielded_ties(assembly: Assembly, pose: Pose, ties: Ints, whole: Pose) -> Pose:
+    """Return a pose in which ties that yield have lengthened for good, as far as it has them longer than before.
+
+    Parameters
+    ----------
+    assembly
+        The blocks at rest and their ties.
+    pose
+        The pose.
+    ties
+        Numbers of the ties that yield on the way to the pose.
+    whole
+        The pose with the supports that move whole where they are (`Structure.with_supports`).
+
+    Returns
+    -------
+    Pose
+        The given one where no tie that yields is longer than its own length.
+    """
+    if not len(ties):
+        return pose
+    longer = np.zeros(len(assembly.ties))
+    longer[ties] = np.maximum(-slack_of_ties(assembly, whole)[ties], 0.0)
+    before = pose.yielded if len(pose.yielded) else np.zeros(len(longer))
+    return replace(pose, yielded=before + longer) if longer.any() else pose
 
 
 def displaced_with_slack_ties(assembly: Assembly, pose: Pose) -> Assembly:
@@ -312,27 +366,16 @@ def displaced_with_slack_ties(assembly: Assembly, pose: Pose) -> Assembly:
     there = displaced_assembly(assembly, pose)
     if not there.ties:
         return there
-    slack = _slack(assembly.ties, there.ties) > SLACK * float(free_sizes(assembly).max())
+    slack = _slack(assembly.ties, there.ties, pose) > SLACK * float(free_sizes(assembly).max())
     ties = [replace(tie, greatest=tie.least) if own else tie for tie, own in zip(there.ties, slack, strict=True)]
     return replace(there, ties=tuple(ties))
 
 
-def _with_ties_in_motion(there: Assembly, motion: Floats) -> Assembly:
-    """The displaced assembly whose ties have the force that a motion gives them.
-
-    One that lengthens yields at its greatest force, and one that shortens keeps its least. One that keeps its length,
-    or has no greatest force, may carry whatever it can.
-    """
-    if not there.ties:
-        return there
-    rate, held = slackening(there, motion), KEPT_LENGTH * float(np.abs(motion).max(initial=0.0))
-    ties = list(there.ties)
-    for k, tie in enumerate(ties):
-        if rate[k] > held:
-            ties[k] = replace(tie, greatest=tie.least)
-        elif rate[k] < -held and np.isfinite(tie.greatest):
-            ties[k] = replace(tie, least=tie.greatest)
-    return replace(there, ties=tuple(ties))
+def _which_yield(ties: Sequence[Tie], lengthens: np.ndarray, yielding: Ints | None) -> Ints:
+    """Numbers of the ties that lengthen and yield, of those that may."""
+    finite = np.isfinite([tie.greatest for tie in ties])
+    found = np.flatnonzero(lengthens & finite)
+    return found if yielding is None else np.intersect1d(found, yielding)
 
 
 def slackening(there: Assembly, motion: Floats) -> Floats:

@@ -145,6 +145,8 @@ def _closing_motion(
     one before is a system of equations, and the minimum is found where these stay the same.
     """
     n, length = linkage.n_bodies, linkage.length
+    if not n:  # all blocks stick to supports at rest
+        return None
     near = sparse.csr_array(as_matrix([rows.gap_rates], n, length))
     others = sparse.csr_array(as_matrix([rows.slip_rates, rows.tie_rates], n, length))
     fixed = others.T @ others + MOTION_WEIGHT * sparse.eye_array(6 * n)

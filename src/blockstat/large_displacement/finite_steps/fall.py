@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.finite_steps.step import stepped, trial_state_at
 from blockstat.large_displacement.finite_steps.trial_state import TrialState
 from blockstat.large_displacement.linkage.jump import FALLING_TOGETHER, MAX_PART_FALLEN
@@ -16,6 +18,9 @@ from blockstat.large_displacement.linkage.path import PathEvent, PathPoint
 from blockstat.large_displacement.linkage.root_finding import NoRootError
 from blockstat.program.ties import tied_pairs
 from blockstat.typing import Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
 
 #: The first and shortest step of a fall. Relative to the longest step. Chosen: contacts that stop a fall may be near.
 FALL_STEP = 1.0 / 4.0
@@ -90,7 +95,8 @@ def fall(
             if rest is None or gone > MAX_PART_FALLEN:
                 break
             none = np.zeros_like(rest.structure.interfaces.area)
-            trial = trial_state_at(rest, standing.pose, standing.parameter, none)
+            pose = without_ties_of_blocks(standing.pose, standing.linkage.assembly, most)
+            trial = trial_state_at(rest, pose, standing.parameter, none)
             start, fallen = trial, 0.0
         multiplier = trial.limit.multiplier
         if multiplier is not None:
@@ -137,8 +143,7 @@ def without_blocks(linkage: Linkage, blocks: Ints) -> Linkage | None:
     weight = np.linalg.norm(control.along, axis=1)
     if support.all() or weight[gone[control.block]].sum() > MAX_PART_FALLEN * weight.sum():
         return None
-    pairs = tied_pairs(linkage.assembly)
-    held = np.flatnonzero(~gone[pairs].any(axis=1))
+    held = _ties_of_others(linkage.assembly, blocks)
     ties = tuple(linkage.assembly.ties[tie] for tie in held)
     structure = replace(linkage.structure, assembly=replace(linkage.assembly, support=support, ties=ties))
     none = np.empty(0, dtype=np.int64)  # the next motion tells which ties hold, and which are slack
@@ -152,3 +157,29 @@ def without_blocks(linkage: Linkage, blocks: Ints) -> Linkage | None:
         ties=none,
         slack=none,
     )
+
+
+def without_ties_of_blocks(pose: Pose, assembly: Assembly, blocks: Ints) -> Pose:
+    """Return a pose of an assembly from which blocks are left out, and the ties on them.
+
+    Parameters
+    ----------
+    pose
+        Of the whole assembly.
+    assembly
+        Its blocks and ties.
+    blocks
+        Numbers of the blocks, as `without_blocks` has them.
+
+    Returns
+    -------
+    Pose
+        What the other ties have yielded by is in their order.
+    """
+    kept = pose.yielded[_ties_of_others(assembly, blocks)] if len(pose.yielded) else pose.yielded
+    return replace(pose, yielded=kept)
+
+
+def _ties_of_others(assembly: Assembly, blocks: Ints) -> Ints:
+    """Numbers of the ties that are on none of some blocks."""
+    return np.flatnonzero(~np.isin(tied_pairs(assembly), blocks).any(axis=1))

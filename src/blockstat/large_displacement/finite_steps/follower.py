@@ -20,7 +20,7 @@ import numpy as np
 
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
 from blockstat.large_displacement.displaced.pose import free_sizes
-from blockstat.large_displacement.displaced.structure import Structure
+from blockstat.large_displacement.displaced.structure import SLACK, Structure
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks, fall
 from blockstat.large_displacement.finite_steps.step import stepped, trial_state_at
 from blockstat.large_displacement.finite_steps.trial_state import TrialState, path_state
@@ -132,7 +132,8 @@ class StepFollower:
         The step is halved where the multiplier changes much or none is carried, and where it deviates from the straight
         line through the two states before it. On supports that move it is halved, too, where the projection leaves
         contacts further open than a motion that keeps them closed can open them, to first order and to the speed at
-        which contacts stick: `NoRootError` where even the shortest step does.
+        which contacts stick: `NoRootError` where even the shortest step does. So it is where a tie is longer by more
+        than `SLACK` that does not yield: the way on is barred, and what no block moves by would count as its motion.
         """
         now, size = trial.limit.multiplier, float(free_sizes(trial.linkage.assembly).max())
         assert now is not None
@@ -143,7 +144,8 @@ class StepFollower:
             after = stepped(trial, step)
             value = after.limit.multiplier
             torn = after.left_open - trial.left_open > step * (STICKING_SPEED + step / size)
-            if torn and self.structure.live is None:  # a live load may find other blocks in contact
+            barred = after.stretched > SLACK * float(free_sizes(trial.linkage.assembly).max())
+            if barred or (torn and self.structure.live is None):  # a live load may find other blocks in contact
                 if step <= MIN_STEP * self.step:
                     raise NoRootError
             elif value is not None and np.isfinite(value) and abs(value - now) <= self.change * scale:

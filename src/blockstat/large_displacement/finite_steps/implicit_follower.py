@@ -16,9 +16,14 @@ import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, gaps, pair_points
+from blockstat.large_displacement.displaced.contact_status import tie_status
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes, rotation_matrices
 from blockstat.large_displacement.displaced.structure import Structure
-from blockstat.large_displacement.finite_steps.fall import FallenBlocks, without_blocks
+from blockstat.large_displacement.finite_steps.fall import (
+    FallenBlocks,
+    without_blocks,
+    without_ties_of_blocks,
+)
 from blockstat.large_displacement.finite_steps.trial_state import per_unit_parameter
 from blockstat.large_displacement.linkage.jump import FALLING_TOGETHER, MAX_PART_FALLEN
 from blockstat.large_displacement.linkage.linkage import Linkage
@@ -127,7 +132,8 @@ class ImplicitFollower:
                     yield PathEnd.COLLAPSE if len(blocks) else PathEnd.LOST
                     return
                 yield FallenBlocks(here.parameter, blocks)
-                here = self._at(rest, here.pose, here.work)
+                pose = without_ties_of_blocks(here.pose, here.linkage.assembly, blocks)
+                here = self._at(rest, pose, here.work)
             if np.isinf(here.multiplier):
                 yield PathEnd.LOCKED
                 return
@@ -159,6 +165,8 @@ class ImplicitFollower:
     def _after(self, here: Here, part: float, work: float) -> Here:
         """Where a part of a step leads when the blocks have settled, and the step of a given live work from there."""
         pose = _moved(here.pose, part * here.step.motion)
+        ties, slack = tie_status(here.linkage.configuration(here.pose, 0.0), here.step.motion)
+        pose = replace(here.linkage, ties=ties, slack=slack).with_yielded_ties(pose, 0.0)
         linkage = _with_near_contacts(here.linkage, pose)
         pose = _moved(pose, settling_step(linkage.configuration(pose, 0.0), work))
         return self._at(linkage, pose, work)
@@ -257,7 +265,7 @@ def _moved(pose: Pose, motion: Floats) -> Pose:
     c = np.where(half > SMALL_ANGLE, (2 * half - np.sin(2 * half)) / np.maximum(2 * half, SMALL_ANGLE) ** 3, 1.0 / 6.0)
     across = np.cross(spin, speed)
     moved = speed + b * across + c * np.cross(spin, across)
-    return Pose(rotation_matrices(spin) @ pose.rotation, pose.displacement + moved)
+    return replace(pose, rotation=rotation_matrices(spin) @ pose.rotation, displacement=pose.displacement + moved)
 
 
 def _with_near_contacts(linkage: Linkage, pose: Pose) -> Linkage:

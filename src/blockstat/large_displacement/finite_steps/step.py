@@ -6,20 +6,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, gaps, pair_points, rejoined
+from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, ZERO_GAP, gaps, pair_points, rejoined
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
 from blockstat.large_displacement.displaced.control import conjugate_control
 from blockstat.large_displacement.displaced.pose import Pose, free_sizes
-from blockstat.large_displacement.displaced.structure import slack_of_ties
+from blockstat.large_displacement.displaced.structure import SLACK, slack_of_ties
 from blockstat.large_displacement.finite_steps.contact_projection import projected_onto_zero_gap
 from blockstat.large_displacement.finite_steps.free_motion import without_free_motion
 from blockstat.large_displacement.finite_steps.trial_state import (
     NOT_SOLVED,
     TrialState,
 )
+from blockstat.large_displacement.linkage.jump import CLOSING_ACCURACY
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.parts import without_left_at_rest
 from blockstat.large_displacement.linkage.path import end_at
+from blockstat.large_displacement.linkage.root_finding import root_of
 from blockstat.large_displacement.overlap.edge_overlap import cut_to_faces
 from blockstat.large_displacement.overlap.face_overlap import AREA_CORNERS, overlap_points, with_overlap_points
 from blockstat.large_displacement.statics.limit_state import limit_state
@@ -44,22 +46,26 @@ def stepped(trial: TrialState, step: float) -> TrialState:
     Returns
     -------
     TrialState
-        The live load does no work in the projection.
+        The live load does no work in the projection. The step ends where a slack tie is taut again.
     """
     linkage, structure = trial.moving_linkage(), trial.structure
-    length = step / trial.speed()
+    held = linkage.ties
+    length = _until_a_tie_is_taut(trial, linkage, step / trial.speed())
     motion = length * linkage.body_motions(trial.limit.mechanism)
     pose = linkage.moved(trial.pose, motion, linkage.origins(trial.pose))
-    held = None if structure.live is None else conjugate_control(structure)
-    target = 0.0 if held is None else held.value(linkage.assembly, pose)
+    control = None if structure.live is None else conjugate_control(structure)
+    target = 0.0 if control is None else control.value(linkage.assembly, pose)
     parameter = trial.parameter + length * trial.support_rate
     linkage = _with_taut_ties(_without_lost_bearings(linkage, pose, parameter), pose, parameter)
-    closed = projected_onto_zero_gap(linkage, pose, parameter, PROJECTION_REACH * step, held, target)
+    closed = projected_onto_zero_gap(linkage, pose, parameter, PROJECTION_REACH * step, control, target)
     residual = np.zeros(structure.interfaces.n_interfaces)
     np.maximum.at(residual, linkage.contacts.joint, closed.residual_gap)
     guess = None if trial.limit.multiplier is None else trial.limit.mechanism
-    after = trial_state_at(linkage, closed.pose, parameter, residual, guess)
-    return replace(after, left_open=float(residual.max(initial=0.0)))
+    pose = linkage.with_yielded_ties(closed.pose, parameter)
+    after = trial_state_at(linkage, pose, parameter, residual, guess)
+    slack = slack_of_ties(linkage.assembly, structure.with_supports(pose, parameter))
+    stretched = float(-slack[held].min(initial=0.0))
+    return replace(after, left_open=float(residual.max(initial=0.0)), stretched=stretched)
 
 
 def trial_state_at(
@@ -108,10 +114,31 @@ def trial_state_at(
     return replace(trial, limit=replace(trial.limit, mechanism=motion))
 
 
+def _until_a_tie_is_taut(trial: TrialState, linkage: Linkage, length: float) -> float:
+    """The part of a step along the motion of a limit state in which no slack tie becomes longer than its own length.
+
+    Beyond, the motion is that of another mechanism, and a projection would tear the closed contacts open.
+    """
+    if not len(linkage.slack):
+        return length
+    motion, origin = linkage.body_motions(trial.limit.mechanism), linkage.origins(trial.pose)
+
+    def slack(part: float) -> Floats:
+        pose, parameter = linkage.moved(trial.pose, part * motion, origin), trial.parameter + part * trial.support_rate
+        return slack_of_ties(linkage.assembly, linkage.structure.with_supports(pose, parameter))[linkage.slack]
+
+    size = float(free_sizes(linkage.assembly).max())
+    first = slack(0.0)
+    for tie in np.flatnonzero((first > SLACK * size) & (slack(length) < 0)):
+        if slack(length)[tie] < 0:
+            length = root_of(lambda part, tie=tie: float(slack(part)[tie]), 0.0, length, CLOSING_ACCURACY * length)
+    return length
+
+
 def _with_taut_ties(linkage: Linkage, pose: Pose, parameter: float) -> Linkage:
-    """The linkage that holds the ties, too, that were slack before a step and are longer after it than at rest."""
+    """The linkage that holds the ties, too, that a step has made taut again."""
     slack = slack_of_ties(linkage.assembly, linkage.structure.with_supports(pose, parameter))
-    taut = linkage.slack[slack[linkage.slack] < 0]
+    taut = linkage.slack[slack[linkage.slack] <= ZERO_GAP * float(free_sizes(linkage.assembly).max())]
     return linkage.rejoined(linkage.contacts.number + taut, pose, parameter) if len(taut) else linkage
 
 

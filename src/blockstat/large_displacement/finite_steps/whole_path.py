@@ -119,7 +119,7 @@ def _beginnings(
 def _at_rest(follower: LinkageFollower, linkage: Linkage, pose: Pose, guess: Floats) -> PathPoint:
     """Where a path begins that is no linkage from rest on."""
     motion = per_unit_parameter(linkage, pose, guess)
-    return PathPoint(0.0, pose, motion, follower.solver.value(pose, 0.0, guess))
+    return PathPoint(0.0, pose, motion, follower.solver.value(pose, 0.0, guess, linkage.yielding))
 
 
 def _step_follower(

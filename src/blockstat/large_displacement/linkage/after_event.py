@@ -107,8 +107,10 @@ class AfterEvent:
     def _landed(self, landing: JumpEnd, linkage: Linkage, before: PathPoint) -> tuple[Linkage, PathPoint] | PathEnd:
         """The linkage after a jump and its first point: the one that has landed, or the mechanism that begins there."""
         point = self.solver.point(linkage, landing.pose, before.parameter, before.tangent)
-        if point is not None:
-            return linkage, point
+        if point is not None:  # a tie may have yielded on the way that shortens from there on
+            turned = linkage.with_turned_ties(point.pose, point.parameter, point.tangent)
+            again = self.solver.point(turned, landing.pose, before.parameter, point.tangent)
+            return (linkage, point) if again is None else (turned, again)
         return self._first_point(linkage, landing.pose, before.parameter, STICKING_SPEED)
 
     def _first_point(

@@ -103,8 +103,8 @@ def first_kinematic_event(
     return event, found
 
 
-def reversal_of_tie(solver: StateSolver, state: PathState, point: PathPoint) -> float | None:
-    """Return where a tie that yields begins to shorten in a step, or one that has yielded to lengthen.
+def reversal_of_tie(solver: StateSolver, state: PathState, point: PathPoint) -> tuple[float, int] | None:
+    """Return where a tie that yields begins to shorten in a step.
 
     Parameters
     ----------
@@ -113,8 +113,9 @@ def reversal_of_tie(solver: StateSolver, state: PathState, point: PathPoint) -> 
 
     Returns
     -------
-    float or None
-        The first such parameter [m], at which the force of the tie leaps; None where there is none.
+    (float, int) or None
+        The first such parameter [m], at which the force of the tie leaps, and the number of the tie; None where there
+        is none.
     """
     own = state.linkage.yielding
     if not len(own):
@@ -131,9 +132,37 @@ def reversal_of_tie(solver: StateSolver, state: PathState, point: PathPoint) -> 
             raise NoRootError
         return float(rates(at)[tie])
 
-    turned = np.flatnonzero(rates(state.point) * rates(point) < 0).tolist()
+    turned = np.flatnonzero((rates(state.point) < 0) & (rates(point) > 0)).tolist()
     roots = [root_of(lambda s, k=k: rate_at(s, k), start, point.parameter, _accuracy(point)) for k in turned]
-    return min(roots, default=None)
+    return min(zip(roots, own[turned].tolist(), strict=True), default=None)
+
+
+def slack_from_reversal(solver: StateSolver, state: PathState, turn: tuple[float, int]) -> PathState:
+    """Return a state in which a tie is slack that turns back: it keeps the length that it has yielded to.
+
+    Parameters
+    ----------
+    solver, state
+        As in `first_kinematic_event`; the state is just before the place where the tie turns back.
+    turn
+        As `reversal_of_tie` returns it.
+
+    Returns
+    -------
+    PathState
+        With the length of the tie there.
+
+    Raises
+    ------
+    NoRootError
+        When the linkage has no pose there.
+    """
+    at = solver.point_at(state, turn[0])
+    if at is None:
+        raise NoRootError
+    linkage = replace(state.linkage, slack=np.union1d(state.linkage.slack, turn[1]).astype(np.int64))
+    pose = replace(state.point.pose, yielded=at.pose.yielded)
+    return replace(state, linkage=linkage, point=replace(state.point, pose=pose))
 
 
 def _accuracy(point: PathPoint) -> float:

@@ -23,6 +23,7 @@ from blockstat.large_displacement.linkage.event_location import (
     first_kinematic_event,
     loss_of_equilibrium,
     reversal_of_tie,
+    slack_from_reversal,
 )
 from blockstat.large_displacement.linkage.path import FindMechanism, PathEnd, PathEvent, PathPoint, PathState
 from blockstat.large_displacement.linkage.root_finding import NoRootError
@@ -140,9 +141,10 @@ class LinkageFollower:
             target = min(start.parameter + step, self.end)
             point = self.solver.point_at(state, target)
             turn = None if point is None else reversal_of_tie(self.solver, state, point)
-            leaps = turn is not None and turn - start.parameter <= 2 * across
+            leaps = turn is not None and turn[0] - start.parameter <= 2 * across
             if turn is not None:  # a step ends just before the force of the tie leaps, and the next one leads across
-                target = min(turn + (across if leaps else -across), self.end)
+                target = min(turn[0] + (across if leaps else -across), self.end)
+                state = slack_from_reversal(self.solver, state, turn) if leaps else state
                 point = self.solver.point_at(state, target)
             deviation = np.inf if point is None else 0.0 if leaps else self._deviation(state, point)
             if point is None or deviation > allowed:

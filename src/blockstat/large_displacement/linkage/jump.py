@@ -104,7 +104,8 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
 
         def at(length: float, pose: Pose = pose, direction: Floats = direction) -> Pose | None:
             distance = length * float((direction[:, :3] ** 2).sum())
-            return pose_at(falling, pose, parameter, length * direction, along=(direction, distance))
+            found = pose_at(falling, pose, parameter, length * direction, along=(direction, distance))
+            return None if found is None else falling.with_yielded_ties(found, parameter)
 
         there = at(step)
         if there is None:

@@ -4,7 +4,7 @@ The equations of a linkage are
 
     p_b - p_a = 0         at contacts that stick,
     gap(q) = 0            at contacts that slide,
-    |tie| = its length    for ties whose length does not change,
+    |tie| = its length    for ties whose length does not change: that at rest and what they have yielded by,
     control(q) = s        unless the parameter s moves supports.
 
 Newton's method with the least change of the pose solves them for finite rotations. So the pose at s does not depend on
@@ -214,8 +214,10 @@ def tie_rows(linkage: Linkage, pose: Pose, parameter: float, origin: Floats) -> 
     along = (now[1] - now[0]) / length[:, None]
     rows = relative_velocity_rows(linkage.body, pair, along, (now[0], now[1]), origin)
     apart = structure.support_motion[pair[:, 1], :3] - structure.support_motion[pair[:, 0], :3]
-    rest = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    return rows, length - rest, np.einsum("ni,ni->n", along, apart)
+    own = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    if len(pose.yielded):
+        own = own + np.where([tie.strut for tie in ties], -1.0, 1.0) * pose.yielded[linkage.ties]
+    return rows, length - own, np.einsum("ni,ni->n", along, apart)
 
 
 def _equations(linkage: Linkage, pose: Pose, parameter: float, motion: Floats) -> _Equations:

@@ -23,7 +23,12 @@ from blockstat.large_displacement.displaced.contact_pairs import (
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status, tie_status
 from blockstat.large_displacement.displaced.control import Control
 from blockstat.large_displacement.displaced.pose import Pose, free_sizes, rest_pose, rotation_matrices
-from blockstat.large_displacement.displaced.structure import Configuration, Structure, slack_of_ties
+from blockstat.large_displacement.displaced.structure import (
+    Configuration,
+    Structure,
+    slack_of_ties,
+    with_yielded_ties,
+)
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -44,7 +49,7 @@ class Linkage:
     sticking: np.ndarray  #: contacts whose two points coincide, shape (n_contacts,) bool
     sliding: np.ndarray  #: contacts that are closed and slide, shape (n_contacts,) bool
     ties: Ints  #: numbers of the ties whose length does not change, shape (k,)
-    slack: Ints  #: numbers of the ties that are slack or shorten, until they are as long as at rest again, shape (k,)
+    slack: Ints  #: numbers of the ties that are slack or shorten, until they are as long as before, shape (k,)
     control: Control | None  #: the displacement that is the parameter; None where the parameter moves supports
     associated: bool = False  #: whether flow is associated: joints open by friction times slip as they slide
     #: blocks of other mechanisms that begin at the same multiplier and are left at rest, shape (k,)
@@ -144,7 +149,9 @@ class Linkage:
         Configuration
             What equilibrium is asked of.
         """
-        return Configuration(self.structure, self.contacts, self.closed, pose, parameter)
+        return Configuration(
+            self.structure, self.contacts, self.closed, pose, parameter, yielding=self.yielding, slack=self.slack
+        )
 
     @cached_property
     def body(self) -> Ints:
@@ -204,7 +211,7 @@ class Linkage:
 
     @property
     def yielding(self) -> Ints:
-        """Numbers of the ties that yield, or that have yielded and shorten."""
+        """Numbers of the ties that yield."""
         bounded = [not tie.constant and np.isfinite(tie.greatest) for tie in self.assembly.ties]
         found: Ints = np.setdiff1d(np.flatnonzero(bounded), np.append(self.ties, self.slack))
         return found
@@ -313,7 +320,45 @@ class Linkage:
         rotation, displacement = pose.rotation.copy(), pose.displacement.copy()
         rotation[own] = turn[at] @ rotation[own]
         displacement[own] += step[at, :3] + np.einsum("nij,nj->ni", turn[at], arm) - arm
-        return Pose(rotation, displacement)
+        return replace(pose, rotation=rotation, displacement=displacement)
+
+    def with_yielded_ties(self, pose: Pose, parameter: float) -> Pose:
+        """Return a pose in which the ties that yield have lengthened for good (`displaced.structure`).
+
+        Parameters
+        ----------
+        pose
+            The pose to which the linkage has moved.
+        parameter
+            Its parameter [m].
+
+        Returns
+        -------
+        Pose
+            The given one where no tie yields.
+        """
+        return with_yielded_ties(self.assembly, pose, self.yielding, self.structure.with_supports(pose, parameter))
+
+    def with_turned_ties(self, pose: Pose, parameter: float, motion: Floats) -> Linkage:
+        """Return the linkage whose ties are slack that have yielded and are shorter by now, or shorten.
+
+        Parameters
+        ----------
+        pose, parameter
+            As in `with_yielded_ties`.
+        motion
+            Of the linkage for a unit rate of the parameter, shape (n_blocks, 6).
+
+        Returns
+        -------
+        Linkage
+            The given one where no tie has yielded.
+        """
+        if not len(self.yielding):
+            return self
+        slack = tie_status(self.configuration(pose, parameter), motion, float(self.control is None))[1]
+        turned = np.intersect1d(slack, self.yielding)
+        return replace(self, slack=np.union1d(self.slack, turned).astype(np.int64))
 
 
 def linkage_at_rest(

@@ -20,7 +20,7 @@ from blockstat.large_displacement.linkage.path import PathPoint, PathState
 from blockstat.large_displacement.linkage.sliding_contacts import with_new_sliding_contacts
 from blockstat.large_displacement.statics.equilibrium import equilibrium_forces
 from blockstat.large_displacement.statics.sliding_friction import sliding_multiplier
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
 #: How far from rest mechanisms are looked at again that are alike at rest. Relative to the largest free block. Chosen:
 #: multipliers then differ by about as much, which is far above rounding, and slip that grows with the square of the
@@ -33,9 +33,9 @@ class StateSolver:
     """Finds points and states of the linkages of one structure."""
 
     structure: Structure
-    #: multiplier, or force on the moving supports [N], of a pose, its parameter and its motion, where nothing slides
-    #: against friction
-    value: Callable[[Pose, float, Floats], float]
+    #: multiplier, or force on the moving supports [N], of a pose, its parameter, its motion and the ties that yield,
+    #: where nothing slides against friction
+    value: Callable[[Pose, float, Floats, Ints], float]
 
     def point(self, linkage: Linkage, pose: Pose, parameter: float, guess: Floats) -> PathPoint | None:
         """Return the motion and the multiplier of a linkage at a pose.
@@ -56,7 +56,7 @@ class StateSolver:
         if motion is None:
             return None
         if not linkage.slides_with_friction:
-            return PathPoint(parameter, pose, motion, self.value(pose, parameter, motion))
+            return PathPoint(parameter, pose, motion, self.value(pose, parameter, motion, linkage.yielding))
         linkage = with_new_sliding_contacts(linkage, pose, parameter, motion)
         here = linkage.configuration(pose, parameter)
         forces, value, turned = sliding_multiplier(here, motion, associated=linkage.associated)
@@ -80,7 +80,10 @@ class StateSolver:
         """
         linkage, start = state.linkage, state.point
         pose = pose_at(linkage, start.pose, parameter, (parameter - start.parameter) * start.tangent)
-        return None if pose is None else self.point(linkage, pose, parameter, start.tangent)
+        if pose is None:
+            return None
+        pose = linkage.with_yielded_ties(pose, parameter)
+        return self.point(linkage, pose, parameter, start.tangent)
 
     def state(self, linkage: Linkage, point: PathPoint) -> PathState:
         """Return the state of a linkage at a point: with forces.
