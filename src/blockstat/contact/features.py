@@ -2,6 +2,11 @@
 
 A point touches a face when its foot lies inside the outline, or on a side where the block goes on in the same plane or
 into a notch. On a side that is a convex edge it is on the rim, where there is no unique normal.
+
+A mesh may leave a face in pieces, as it must round a hole. The rim of the face is what the convex edges of all pieces
+make: the sides between pieces are no edges of the block, so the boundary of the union is in the others. At a corner of
+the hole a piece may have two sides that are joins, and yet the block does not go on all round. So a point inside a
+piece touches the face only if it is on no convex edge of any piece in the plane.
 """
 
 from __future__ import annotations
@@ -13,17 +18,17 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.contact.faces import frames, planar, surface_heights
-from blockstat.contact.tolerance import FLATNESS
+from blockstat.contact.faces import INSIDE, RIM, frames, nearest_rim, planar, position, spans, surface_heights
+from blockstat.contact.tolerance import FLATNESS, ROUNDING
 from blockstat.geometry.polyhedron import Polyhedra, members
 from blockstat.geometry.topology import Topology
+from blockstat.surface.facets import FLAT
 from blockstat.typing import Floats, Ints
 
 #: What touches is outside the other block when its directions lean into it by less than this sine.
 LEAN = 1e-4
 #: Rows (feature of one block, feature of the other) that are held in memory at once.
 CHUNK = 500_000
-OUTSIDE, RIM, INSIDE = 0, 1, 2
 COLUMNS = ("row", "normal", "ends", "gap", "rim", "own", "other")
 
 
@@ -267,6 +272,7 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     low, high = np.minimum(height[:, 0], height[:, 1]), np.maximum(height[:, 0], height[:, 1])
     near = (low <= reach) & (high >= -reach)
     row, face, edge, ends, height = row[near], face[near], edge[near], ends[near], height[near]
+    pieces = row, face, edge
     toward = np.einsum("ikj,ij->ik", topo.inward[edge], normal[face])
     lean = np.minimum(toward[:, 0], toward[:, 1])
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
@@ -278,11 +284,11 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     none = np.empty(0, dtype=np.int64)
     parts: list[tuple[Any, ...]] = [(none, np.empty(0), np.empty(0), none, none, np.empty(0))]
     for own, polygon, sides in _outlines(search, face, frame):
-        which, begin, finish, state = _spans(
+        which, begin, finish, state = spans(
             flat[own], polygon, sides >= 0, search.rounding[row[own]], search.beyond[row[own]]
         )
         middle = flat[own[which], 0] + ((begin + finish) / 2)[:, None] * (flat[own[which], 1] - flat[own[which], 0])
-        parts.append((own[which], begin, finish, state, *_nearest(middle, polygon[which], sides[which])))
+        parts.append((own[which], begin, finish, state, *nearest_rim(middle, polygon[which], sides[which])))
     which, begin, finish, state, other, inset = (np.concatenate(column) for column in zip(*parts, strict=True))
     share = np.stack([begin, finish], axis=1)
     heights = height[which, :1] + share * (height[which, 1:] - height[which, :1])
@@ -291,6 +297,12 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     on_rim = state == RIM
     good = _touches(search, row[which], gap, inset, on_rim) & (on_rim | (lean[which] >= -LEAN))
     good &= _at_surface(search, row[which], face[which], points)
+    asked = np.flatnonzero(good & ~on_rim)
+    own = np.repeat(which[asked], 3)
+    places = np.concatenate([points[asked], points[asked].mean(axis=1, keepdims=True)], axis=1).reshape(-1, 3)
+    clear = _from_rims(search, pieces, (row[own], face[own], edge[own]), places).reshape(-1, 3)
+    # The end of an edge may well be on a rim, which it crosses there.
+    good[asked] = (clear[:, 2] > search.rounding[row[which[asked]]]) & (gap[asked] <= clear.max(axis=1))
     which, other, on_rim = which[good], other[good], on_rim[good]
     points, heights, gap = points[good], heights[good], gap[good]
     out = normal[face[which]]
@@ -307,6 +319,7 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
     height = np.einsum("ij,ij->i", offset, normal[face])
     near = np.abs(height) <= search.reach[row]
     row, face, corner, offset, height = row[near], face[near], corner[near], offset[near], height[near]
+    pieces = row, face, corner
     owner, spoke = members(topo.spoke_start[corner], np.diff(topo.spoke_start)[corner])
     lean = np.full(len(row), np.inf)
     np.minimum.at(lean, owner, np.einsum("ij,ij->i", topo.spoke[spoke], normal[face][owner]))
@@ -326,17 +339,71 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
         meets = np.minimum(meets, len(topo.corner) - 1)
         at_corner = distance.min(axis=1) <= beyond
         at_corner &= topo.corner[meets] == topo.vertex[assembly.face_vertices[at]]
-        side_below, inset[own] = _nearest(flat[own], polygon, sides)
+        side_below, inset[own] = nearest_rim(flat[own], polygon, sides)
         other[own] = np.where(at_corner, ~meets, side_below)
     good = (state == RIM) | ((state == INSIDE) & (lean >= -LEAN))
     good &= _touches(search, row, np.abs(height), inset, state == RIM)
     good &= _at_surface(search, row, face, (offset + centre[face])[:, None])
+    asked = np.flatnonzero(good & (state == INSIDE))
+    own = row[asked], face[asked], corner[asked]
+    clear = _from_rims(search, pieces, own, assembly.vertices[topo.corner[corner[asked]]])
+    good[asked] = (clear > search.rounding[row[asked]]) & (np.abs(height[asked]) <= clear)
     row, face, corner, height, other = row[good], face[good], corner[good], height[good], other[good]
     out = normal[face]
     place = assembly.vertices[topo.corner[corner]] - height[:, None] / 2 * out
     sign = 1.0 if side == 0 else -1.0
     ends = np.stack([place, place], axis=1)
     return Features(row, sign * out, ends, np.abs(height), state[good] == RIM, ~corner, other)
+
+
+def _from_rims(
+    search: Search, pieces: tuple[Ints, Ints, Ints], asked: tuple[Ints, Ints, Ints], points: Floats
+) -> Floats:
+    """How far points in pieces of faces are from the rims of the whole faces, inf where no rim is near.
+
+    pieces : pair, face and feature of all that come near each other
+    asked : those of them to which the points belong, a point each
+    """
+    clear = np.full(len(points), np.inf)
+    if not len(points):
+        return clear
+    wanted = np.zeros(pieces[2].max() + 1, dtype=bool)
+    wanted[asked[2]] = True
+    row, face, item = (column[wanted[pieces[2]]] for column in pieces)
+    order = np.argsort(key := row * len(wanted) + item, kind="stable")
+    own = asked[0] * len(wanted) + asked[2]
+    first, last = np.searchsorted(key[order], own, "left"), np.searchsorted(key[order], own, "right")
+    point, place = members(first, last - first)
+    row, piece = row[order[place]], face[order[place]]
+    normal, centre = search.assembly.planes.normal[asked[1]], search.assembly.planes.centre
+    foot = points - np.einsum("ij,ij->i", points - centre[asked[1]], normal)[:, None] * normal
+    whole = _in_one_plane(search, row, asked[1][point], piece, foot[point])
+    point, piece = point[whole], piece[whole]
+    frame = frames(search.assembly.planes.normal[piece])
+    flat = np.einsum("ij,itj->it", foot[point] - centre[piece], frame[:, 1:])
+    for part, polygon, sides in _outlines(search, piece, frame):
+        np.minimum.at(clear, point[part], nearest_rim(flat[part], polygon, sides)[1])
+    return clear
+
+
+def _in_one_plane(search: Search, row: Ints, one: Ints, other: Ints, foot: Floats) -> np.ndarray:
+    """Whether two faces of a block are pieces of one, seen from points in the plane of the first.
+
+    The second must pass the point, and turn from the first along its own length, by no more than a face may leave its
+    plane (`blockstat.contact.faces.flatness`). An edge that is as flat as `FLAT` is none, whatever its length.
+    """
+    assembly = search.assembly
+    lower, upper = assembly.bounds
+    rounded = ROUNDING * float((upper.max(axis=0) - lower.min(axis=0)).max())
+    # A rim is as wide as the reach where the gap is a length, and as rounding otherwise.
+    uneven = np.minimum(FLATNESS * search.reach, np.maximum(rounded, FLATNESS * search.beyond))
+    uneven = np.maximum(uneven, search.rounding)[row]
+    normal = assembly.planes.normal
+    height = np.abs(np.einsum("ij,ij->i", foot - assembly.planes.centre[other], normal[other]))
+    turn = np.linalg.norm(np.cross(normal[one], normal[other]), axis=1)
+    length = np.linalg.norm(assembly.face_bounds[1][other] - assembly.face_bounds[0][other], axis=1)
+    alike = np.einsum("ij,ij->i", normal[one], normal[other]) > 0
+    return alike & (height <= uneven) & (turn * length <= np.maximum(uneven, FLAT * length))
 
 
 def _at_surface(search: Search, row: Ints, face: Ints, points: Floats) -> np.ndarray:
@@ -367,102 +434,6 @@ def _outlines(search: Search, face: Ints, frame: Floats) -> list[tuple[Ints, Flo
     return batches
 
 
-def _spans(
-    ends: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats, beyond: Floats
-) -> tuple[Ints, Floats, Floats, Ints]:
-    """Parts of segments that lie inside polygons or along their rims, as shares of their lengths.
-
-    Returns for each part its segment, where it begins and ends, and its state.
-    """
-    n = len(ends)
-    start, line = ends[:, :1], (ends[:, 1] - ends[:, 0])[:, None]
-    side = np.roll(polygon, -1, axis=1) - polygon
-    offset = polygon - start
-    square = (line**2).sum(axis=2)
-    length = np.sqrt(square)
-    turn = line[..., 0] * side[..., 1] - line[..., 1] * side[..., 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        met = (offset[..., 0] * side[..., 1] - offset[..., 1] * side[..., 0]) / turn
-        foot = (offset * line).sum(axis=2) / square
-    cuts = np.concatenate([np.nan_to_num(met, nan=1.0, posinf=1.0, neginf=0.0), foot], axis=1)
-    cuts = np.sort(np.clip(np.concatenate([np.zeros((n, 1)), cuts, np.ones((n, 1))], axis=1), 0.0, 1.0), axis=1)
-    middle = (cuts[:, :-1] + cuts[:, 1:]) / 2
-    state = position(start + middle[..., None] * line, polygon, rim, rounding, beyond)
-    # Pieces of rounding have the state of the piece before them, or of the first true one.
-    real = (np.diff(cuts, axis=1) * length > rounding[:, None]).astype(bool)
-    column = np.arange(state.shape[1])
-    before = np.maximum.accumulate(np.where(real, column, -1), axis=1)
-    first = np.where(real.any(axis=1), real.argmax(axis=1), 0)[:, None]
-    state = np.take_along_axis(state, np.where(before >= 0, before, first), axis=1)
-    state[~real.any(axis=1)] = OUTSIDE
-    changes = np.diff(state, axis=1, prepend=-1) != 0
-    which, begin = np.nonzero(changes)
-    finish = np.append(begin[1:], 0)
-    finish[np.append(which[1:] != which[:-1], True)] = state.shape[1]
-    found = state[which, begin]
-    parts = found != OUTSIDE
-    which, begin, finish, found = which[parts], begin[parts], finish[parts], found[parts]
-    return which, cuts[which, begin], cuts[which, finish], found
-
-
 def _touches(search: Search, row: Ints, gap: Floats, inset: Floats, on_rim: np.ndarray) -> np.ndarray:
     """Whether a contact closes: like a patch it is no more open than wide, here than its distance from the rim."""
     return gap <= np.where(on_rim, search.beyond[row], np.minimum(search.reach[row], inset))
-
-
-def _nearest(points: Floats, polygon: Floats, sides: Ints) -> tuple[Ints, Floats]:
-    """The convex edge of each polygon that is nearest to a point, -1 where it has none, and its distance."""
-    if not len(points):
-        return np.empty(0, dtype=np.int64), np.empty(0)
-    line = np.roll(polygon, -1, axis=1) - polygon
-    offset = points[:, None] - polygon
-    square = (line**2).sum(axis=2)
-    share = np.clip((offset * line).sum(axis=2) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    distance = np.linalg.norm(offset - share[..., None] * line, axis=2)
-    distance = np.where((sides >= 0) & (square > 0), distance, np.inf)
-    best = distance.argmin(axis=1)[:, None]
-    return np.take_along_axis(sides, best, axis=1)[:, 0], np.take_along_axis(distance, best, axis=1)[:, 0]
-
-
-def position(
-    points: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats, beyond: Floats | None = None
-) -> np.ndarray:
-    """Say whether points are outside polygons, on their rims, or inside.
-
-    Parameters
-    ----------
-    points : array of float, shape (n, m, 2)
-        m points for each polygon [m].
-    polygon : array of float, shape (n, k, 2)
-        Corners of polygons of any form [m]; short ones repeat their last corner.
-    rim : array of bool, shape (n, k)
-        Whether the side that begins at a corner is a rim. On another side a point is inside.
-    rounding : array of float, shape (n,)
-        A point nearer to a side than this is on it [m].
-    beyond : array of float, shape (n,), optional
-        A point outside is on a rim that is no further away than this [m]; by default `rounding`.
-
-    Returns
-    -------
-    array of int, shape (n, m)
-        `OUTSIDE`, `RIM` or `INSIDE`.
-    """
-    # Component by component: numpy takes several times as long to sum over an axis of two.
-    side_x, side_y = np.moveaxis((np.roll(polygon, -1, axis=1) - polygon)[:, None], 3, 0)
-    x, y = (points[:, :, None, k] - polygon[:, None, :, k] for k in (0, 1))
-    square = side_x**2 + side_y**2
-    share = np.clip((x * side_x + y * side_y) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    distance = np.sqrt((x - share * side_x) ** 2 + (y - share * side_y) ** 2)
-    near = distance <= rounding[:, None, None]
-    above = y >= 0
-    leaves = y - side_y >= 0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        crossing = x - y * side_x / side_y < 0
-    inside = ((above != leaves) & crossing).sum(axis=2) % 2 == 1
-    # A side without length repeats a corner, which belongs to the true sides next to it.
-    rim = (rim & (square[:, 0] > 0))[:, None]
-    inside |= near.any(axis=2)
-    on_rim = (near & rim).any(axis=2)
-    if beyond is not None:
-        on_rim |= ~inside & ((distance <= beyond[:, None, None]) & rim).any(axis=2)
-    return np.where(on_rim, RIM, np.where(inside, INSIDE, OUTSIDE)).astype(np.int8)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from blockstat.contact.coplanar import Patches
-from blockstat.contact.faces import frames
-from blockstat.contact.features import INSIDE, ContactKind, Features, Search, crossings, on_faces, position, together
+from blockstat.contact.faces import INSIDE, frames, position
+from blockstat.contact.features import ContactKind, Features, Search, crossings, on_faces, together
 from blockstat.geometry.polyhedron import Polyhedra, members
 from blockstat.geometry.topology import edge_topology
 from blockstat.typing import Floats, Ints
