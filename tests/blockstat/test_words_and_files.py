@@ -139,7 +139,7 @@ def test_directions_that_are_undecided_are_hollow():
     assert hollow == [(pytest.approx(np.pi / 2), 0.3)]
     assert len(points) == 4
     assert [text.get_text() for text in axes.get_legend().get_texts()][-1] == "undecided"
-    assert "least undecided, at most 0.5 towards" in axes.get_title()
+    assert "directions: undecided, at most 0.5 towards" in axes.get_title()
 
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])
