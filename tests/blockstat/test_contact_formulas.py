@@ -20,6 +20,9 @@ from blockstat.contact.coplanar import (
     shares_of_parts,
 )
 from blockstat.contact.faces import (
+    INSIDE,
+    OUTSIDE,
+    RIM,
     as_searched,
     concave_patches,
     convex_faces,
@@ -28,8 +31,9 @@ from blockstat.contact.faces import (
     joined_convex,
     outline_hull,
     planar,
+    position,
 )
-from blockstat.contact.features import INSIDE, OUTSIDE, RIM, Features, crossings, position, together
+from blockstat.contact.features import Features, crossings, together
 from blockstat.contact.interfaces import WIDTH, Dropped, near_blocks
 from blockstat.contact.known_contacts import Contacts, Tolerances, search_of
 from blockstat.contact.overlap.penetration import (

@@ -67,7 +67,8 @@ def test_the_page_of_a_search_says_what_there_is_to_say(tmp_path):
     for words in ("Interrupted", "Volume against reserve"):
         assert words not in whole
     assert "<b>Interrupted before any design stood.</b>" in ended
-    assert "<b>No design stood.</b>" in whole
+    assert "<b>Designs stand, and none was found with the reserve or the safety asked for.</b>" in whole
+    assert "<b>No design stood.</b>" in said(found(design("falls")))
     assert "<b>No design that could be judged stood.</b>" in said(found(design("falls"), design("error")))
     assert "o design stood" not in ended
 
