@@ -658,6 +658,9 @@ def test_the_length_of_a_direction_is_not_dropped():
         with pytest.raises(InputError, match=r"load is \(0.1, 0, 0\), a direction, .*Give 0.1 \* acceleration"):
             ask(TALL, uncertain, load=(0.1, 0, 0))
     assert reliability(TALL, uncertain, load=0.1 * acceleration(TALL, (0.1, 0, 0)), draws=5).probability == 0
+    constant = uncertain | {"push": Random("uniform", 0.1, 0.1)}
+    assert reliability(TALL, constant, load=(0.1, 0, 0), draws=5).probability == 0
+    assert first_order(TALL, constant, load=(0.1, 0, 0)).outcome is FirstOrderOutcome.NOT_FOUND
     assert reliability(TALL, uncertain, load=(0.707, 0.707, 0), draws=5).probability == 1
     # Where a push says how strong it is, and where a multiplier is asked for, the length of a direction says nothing.
     pushed = {"push": Random("uniform", 0.1, 0.2)}
@@ -981,7 +984,7 @@ def test_a_variable_on_which_the_limit_does_not_depend_gives_no_design_point(unc
     """A stack .5 m wide and 2 m high tips at .25, whatever its friction and density: slopes are rounding."""
     cubes = [box((0, 0, k / 2), (0.5, 0.5, k / 2 + 0.5), name=f"s{k}", group="stack") for k in range(4)]
     stack = Assembly.from_blocks([box((-5, -5, -1), (5, 5, 0), name="ground"), *cubes], supports=["ground"])
-    found = first_order(stack, uncertain, 0.12 * acceleration(stack, SIDE))
+    found = first_order(stack, uncertain, SIDE)
     assert found.outcome is FirstOrderOutcome.NOT_FOUND
     assert math.isnan(found.beta)
     assert list(found.shares.values()) == [0.0]

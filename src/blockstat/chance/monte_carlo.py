@@ -160,7 +160,8 @@ def reliability(
         An acceleration direction or a wrench on each block, as in `blockstat.limit_load`, which acts "push" times; None
         for that of the scene, if it names one; its "push" is then random as the scene says, unless `uncertain` does.
         A direction has no size and is as strong as gravity: a tenth of that is ``0.1 * acceleration(assembly, (1, 0,
-        0))``. Without a "push" three numbers must be a unit vector.
+        0))``, of the masses of `assembly`, or a "push" of ``Random("uniform", 0.1, 0.1)``, which follows random
+        densities. Without a "push" three numbers must be a unit vector.
     loads
         Permanent loads, shape (n_blocks, 6) [N, N m]. Those of a load case are its `weighted_loads`: its factor on the
         weight is then that of the densities and corners drawn.

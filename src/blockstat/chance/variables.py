@@ -195,8 +195,8 @@ def check_strength(uncertain: Mapping[str, Random], load: Any) -> None:
         given = ", ".join(f"{float(value):g}" for value in values)
         raise InputError(
             f'load is ({given}), a direction, which has no size: without a random "push" it would act as strong as '
-            f"gravity. Give {length:.4g} * acceleration(assembly, ({given})) for {length:.4g} times gravity, or a "
-            "vector of length 1"
+            f"gravity. Give {length:.4g} * acceleration(assembly, ({given})), which does not follow random densities, "
+            f'or "push": Random("uniform", {length:.4g}, {length:.4g}), which does; or a vector of length 1'
         )
 
 
