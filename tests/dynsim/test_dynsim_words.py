@@ -97,8 +97,9 @@ def test_what_cannot_be_asked_is_one_line_and_status_two(run, tmp_path, file, lo
 def test_the_loads_of_a_case_push_in_bullet(run, file, loads, case, verdict):
     status, out, _ = run("verify", file, "--case", case, "--loads", loads, "--threshold", 0.05)
     assert status == 0
-    head, answer = out.splitlines()[:2]
+    head, acting, answer = out.splitlines()[:3]
     assert re.fullmatch(r"assembly: 2 blocks, \d+\.\d s", head)
+    assert acting.startswith(f'Loads: case "{case}": 1 weight + ')
     assert answer.startswith(verdict)
 
 
@@ -109,6 +110,7 @@ def test_a_case_without_loads_is_the_weight_alone(run, file, tmp_path):
         json.loads(run("verify", file, "--json", *options)[1])
         for options in ((), ("--case", "dead", "--loads", cases))
     )  # fmt: skip
+    assert (dead.pop("case"), dead.pop("combination")) == ("dead", "1 weight")
     assert alone.keys() == dead.keys()
     assert {key for key in alone if alone[key] != dead[key]} <= {"process_seconds"}
 
