@@ -74,6 +74,15 @@ def test_where_friction_governs_every_direction_is_alike():
     assert found.horizon == pytest.approx((0.2 * np.cos(np.pi / 8), 0.2), rel=1e-6)
 
 
+def test_a_round_set_is_known_as_well_as_the_chords_between_the_directions_asked_for():
+    """All horizontal accelerations up to mu slide: n directions leave a polygon whose sides are at cos(pi / n) mu."""
+    block = slab(1.0, 1.0, 0.2, friction=0.4)
+    for n in (16, 64):
+        low, high = limit_load_by_direction(block, n).horizon
+        assert high == pytest.approx(0.4, rel=1e-3)
+        assert low == pytest.approx(0.4 * np.cos(np.pi / n), rel=1e-3)
+
+
 def test_a_triangular_prism_is_weakest_towards_its_longest_side():
     # Over the side nearest to the centroid: right angle, legs 1, the hypotenuse 1/(3 sqrt 2) away; h = 1, mu = 2.
     plan = prism([(0, 0), (1, 0), (0, 1)], 1.0, name="prism")

@@ -651,6 +651,23 @@ def test_the_derivative_by_corners_is_that_of_differences(loads):
     assert slope @ way == pytest.approx((ahead - behind) / 0.04, rel=2e-3)
 
 
+def test_the_length_of_a_direction_is_not_dropped():
+    """The post tips at a push of .5: a tenth of gravity is carried, and as strong as gravity it is not."""
+    uncertain = {"friction": Random("uniform", 1.9, 2.0)}
+    for ask in (reliability, first_order):
+        with pytest.raises(InputError, match=r"load is \(0.1, 0, 0\), a direction, .*Give 0.1 \* acceleration"):
+            ask(TALL, uncertain, load=(0.1, 0, 0))
+    assert reliability(TALL, uncertain, load=0.1 * acceleration(TALL, (0.1, 0, 0)), draws=5).probability == 0
+    constant = uncertain | {"push": Random("uniform", 0.1, 0.1)}
+    assert reliability(TALL, constant, load=(0.1, 0, 0), draws=5).probability == 0
+    assert first_order(TALL, constant, load=(0.1, 0, 0)).outcome is FirstOrderOutcome.NOT_FOUND
+    assert reliability(TALL, uncertain, load=(0.707, 0.707, 0), draws=5).probability == 1
+    # Where a push says how strong it is, and where a multiplier is asked for, the length of a direction says nothing.
+    pushed = {"push": Random("uniform", 0.1, 0.2)}
+    assert reliability(TALL, pushed, load=(2, 0, 0), draws=5).probability == 0
+    assert fragility(TALL, uncertain, (2, 0, 0), draws=3) == pytest.approx(0.5, rel=1e-4)
+
+
 def test_a_load_that_is_given_goes_before_that_of_the_scene(tmp_path):
     """The post tips at a push of .5; twice as strong a load takes half the push: beta = (.25 - .3) / .05."""
     file = tmp_path / "post.toml"
@@ -967,7 +984,7 @@ def test_a_variable_on_which_the_limit_does_not_depend_gives_no_design_point(unc
     """A stack .5 m wide and 2 m high tips at .25, whatever its friction and density: slopes are rounding."""
     cubes = [box((0, 0, k / 2), (0.5, 0.5, k / 2 + 0.5), name=f"s{k}", group="stack") for k in range(4)]
     stack = Assembly.from_blocks([box((-5, -5, -1), (5, 5, 0), name="ground"), *cubes], supports=["ground"])
-    found = first_order(stack, uncertain, (0.12, 0, 0))
+    found = first_order(stack, uncertain, SIDE)
     assert found.outcome is FirstOrderOutcome.NOT_FOUND
     assert math.isnan(found.beta)
     assert list(found.shares.values()) == [0.0]

@@ -34,6 +34,13 @@ def test_an_order_that_statics_prove_stands_at_every_step():
     assert max(step.max_displacement for step in found.steps) < 0.1 * found.threshold
 
 
+@pytest.mark.parametrize("plan", [None, {"steps": []}, "plan.json"])
+def test_what_is_no_plan_is_refused(plan):
+    for ask in (sequence, assess_plan):
+        with pytest.raises(InputError, match="it must be a Plan, as read_plan returns it"):
+            ask(arch(), plan)
+
+
 def test_the_steps_that_fall_are_those_that_statics_exclude(one_sided):
     plan, found = one_sided
     static = [verdict.outcome.word for verdict in assess_plan(arch(), plan).verdicts]

@@ -19,7 +19,7 @@ from scipy.special import ndtr
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.analysis.problem import checked_loads
 from blockstat.chance.population import Population, population_of
-from blockstat.chance.variables import Random
+from blockstat.chance.variables import Random, check_strength
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loads import Loads, as_load
@@ -116,7 +116,7 @@ def first_order(
     assembly, uncertain, loads, gap, interfaces
         As in `blockstat.reliability`.
     load
-        As in `blockstat.limit_load`; it acts "push" times, or once. None for that of the scene.
+        As in `blockstat.reliability`; it acts "push" times, or once. None for that of the scene.
 
     Returns
     -------
@@ -126,8 +126,8 @@ def first_order(
     Raises
     ------
     InputError
-        For a variable that there is not, without a load, for blocks that overlap as drawn, and for "edge" beside
-        "corner" or joints that are divided into cells.
+        For a variable that there is not, without a load, for a direction whose length would be dropped, for blocks that
+        overlap as drawn, and for "edge" beside "corner" or joints that are divided into cells.
 
     References
     ----------
@@ -147,6 +147,7 @@ def first_order(
     population, load = population_of(assembly, uncertain, load, loads, gap=gap, interfaces=interfaces)
     if load is None:
         raise InputError("the first-order estimate asks when a load is not carried; give it as load")
+    check_strength(population.uncertain, load)
     point, outcome = np.zeros(population.size), FirstOrderOutcome.NOT_FOUND
     slope, side = np.zeros(population.size), 1.0
     for count in range(STEPS):

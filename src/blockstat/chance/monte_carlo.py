@@ -17,7 +17,7 @@ from blockstat.analysis.verdict import Outcome
 from blockstat.chance.first_order import FirstOrder
 from blockstat.chance.population import Population, population_of
 from blockstat.chance.trials import Trials, judge_all
-from blockstat.chance.variables import Random
+from blockstat.chance.variables import Random, check_strength
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, check_count, check_seed, known_options
 from blockstat.loads import Loads
@@ -159,6 +159,9 @@ def reliability(
     load
         An acceleration direction or a wrench on each block, as in `blockstat.limit_load`, which acts "push" times; None
         for that of the scene, if it names one; its "push" is then random as the scene says, unless `uncertain` does.
+        A direction has no size and is as strong as gravity: a tenth of that is ``0.1 * acceleration(assembly, (1, 0,
+        0))``, of the masses of `assembly`, or a "push" of ``Random("uniform", 0.1, 0.1)``, which follows random
+        densities. Without a "push" three numbers must be a unit vector.
     loads
         Permanent loads, shape (n_blocks, 6) [N, N m]. Those of a load case are its `weighted_loads`: its factor on the
         weight is then that of the densities and corners drawn.
@@ -194,7 +197,8 @@ def reliability(
     Raises
     ------
     InputError
-        For a variable that there is not, fewer than one draw, a file of other draws, an `about` of other variables,
+        For a variable that there is not, a direction whose length would be dropped, fewer than one draw, a file of
+        other draws, an `about` of other variables,
         blocks that overlap as drawn, and for corners and edges (or joint laws) of joints of several patches.
 
     Notes
@@ -226,6 +230,7 @@ def reliability(
     """
     check_choice("flow", flow, FLOWS)
     population, load = population_of(assembly, uncertain, load, loads, gap=gap, interfaces=interfaces)
+    check_strength(population.uncertain, load)
     _check_draws(draws, seed, jobs)
     if not 0 < confidence < 1:
         raise InputError(f"confidence is {confidence!r}; it must be between 0 and 1")

@@ -14,7 +14,7 @@ from blockstat.assembly import check_supports
 from blockstat.contact.point_law import kept_by
 from blockstat.errors import HUGE, InputError, check_choice, known_options
 from blockstat.joint import fits
-from blockstat.loads import Loads
+from blockstat.loads import Loads, numbers
 from blockstat.spec.material import KEYS, KNOWN_KEYS, is_random_key
 
 if TYPE_CHECKING:
@@ -25,6 +25,8 @@ KINDS = ("normal", "lognormal", "uniform")
 EACH = ("all", "group", "course", "block", "joint")
 #: Keys whose values belong to joints, and those of which there is one value.
 OF_JOINTS, SINGLE = ("friction", "edge"), ("corner", "push")
+#: The length of a direction may be so far from one, as it is written with three digits.
+UNIT = 1e-3
 
 
 @dataclass(frozen=True)
@@ -167,6 +169,35 @@ def as_strong_as(uncertain: Mapping[str, Random], strength: float) -> dict[str, 
         return dict(uncertain)
     push = uncertain.get("push", Random("uniform", 1.0, 1.0))
     return {**uncertain, "push": replace(push, first=strength * push.first, second=strength * push.second)}
+
+
+def check_strength(uncertain: Mapping[str, Random], load: Any) -> None:
+    """Check that it is known how strong a load is that acts once.
+
+    Parameters
+    ----------
+    uncertain
+        The random variables.
+    load
+        As in `blockstat.reliability`.
+
+    Raises
+    ------
+    InputError
+        For three numbers that are no unit vector, where no "push" says how often the direction acts: their length
+        would be dropped.
+    """
+    values = numbers(load)
+    if "push" in uncertain or values.shape != (3,):
+        return
+    length = float(np.linalg.norm(values))
+    if length > 0 and abs(length - 1.0) > UNIT:
+        given = ", ".join(f"{float(value):g}" for value in values)
+        raise InputError(
+            f'load is ({given}), a direction, which has no size: without a random "push" it would act as strong as '
+            f"gravity. Give {length:.4g} * acceleration(assembly, ({given})), which does not follow random densities, "
+            f'or "push": Random("uniform", {length:.4g}, {length:.4g}), which does; or a vector of length 1'
+        )
 
 
 def checked(assembly: Assembly, uncertain: Mapping[str, Random], loads: Loads | None) -> None:

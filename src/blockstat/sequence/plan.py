@@ -195,14 +195,14 @@ def check_plan(plan: Plan, assembly: Assembly) -> None:
     InputError
         One sentence with the step: for a block that is unknown, put in twice, held or let go before it is put in, held
         twice, or never put in; for a prop that is unknown, set up twice, taken away before it is set up, set up under a
-        block that is not there, or not on its block.
+        block that is not there, or not on its block. And for what is no plan.
     """
-    since: dict[str, str] = {}
+    if not isinstance(plan, Plan):
+        raise InputError(f"plan is {plan!r}; it must be a Plan, as read_plan returns it")
     for where, blocks in (("the boundary", plan.boundary), ("never_installed", plan.never_installed)):
         _check_names(assembly, where, blocks)
     supports = [name for name, fixed in zip(assembly.names, assembly.support, strict=True) if fixed]
-    for block in (*supports, *plan.boundary):
-        since[block] = "the beginning"
+    since = dict.fromkeys([*supports, *plan.boundary], "the beginning")
     for k, step in enumerate(plan.steps):
         _check_names(assembly, f"step {k}", step.install + step.hold)
         for block in step.install:

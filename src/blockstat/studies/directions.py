@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 #: Directions looked at unless the caller says how many.
 DIRECTIONS = 16
 MOST_DIRECTIONS = 3600  #: a tenth of a degree apart
-#: The search for the weakest direction ends when its bracket is so narrow, or after so many further directions: a chord
-#: of a round set shrinks fourfold with each, so that eight leave nothing of the bracket of four.
+#: The search for the weakest direction ends when its bracket is so narrow, or after so many further directions. About a
+#: single weakest direction a chord of a round set shrinks fourfold with each. Where the set is round about the origin,
+#: as of what slides, all chords are equally near: to narrow the bracket fourfold takes twice as many directions.
 NARROW, FURTHER = 1e-3, 8
 #: What counts as the same direction [rad].
 SAME = 1e-6
@@ -252,7 +253,10 @@ def limit_load_by_direction(
     directions : int, optional
         How many directions, evenly spread from +x on: a multiple of 4, so that +x, -x, +y and -y are among them.
     refine : bool, optional
-        Look between the directions for the weakest one of all, until its bracket is narrow.
+        Look between the directions for the weakest one of all, until the bracket of the least multiplier is narrower
+        than a thousandth, in at most eight further directions. It stays wider where many directions are equally weak,
+        as where all slides: each has a bound of its own. Ask for more `directions` then: between 16 of them a round set
+        is known to 1.9 %, between 64 to 0.12 %.
     friction, gravity, loads, gap, interfaces, solver, flow, tolerance
         As in `blockstat.limit_load`.
     progress : callable, optional
