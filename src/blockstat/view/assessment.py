@@ -391,7 +391,8 @@ def _checks(found: Assessment) -> str:
         for name, check in found.verified
     ]  # fmt: skip
     rows += [(name, *["-"] * 7, _answer(outcome)) for name, outcome in found.left_out]
-    left_out = f" C{found.case.left_out[1:]}." if found.case is not None and found.case.left_out else ""
+    said = "" if found.case is None else found.case.left_out
+    left_out = f" {said[0].upper()}{said[1:]}." if said else ""
     heads = ["towards", "alpha0", "bodies", "e*", "apart", "a0* [m/s2]", "ag SLD [g]", "ag SLV [g]", "answer"]
     if not found.verified:
         words = "Linear verification of the mechanisms by Circolare 7/2019, C8.7.1.2.1: no load has a limit to verify."

@@ -244,13 +244,19 @@ def _readings(
     name: str, own: _Conditions, solids: Sequence[CompasSolid], names: Sequence[str], supports: Sequence[int]
 ) -> Iterator[Any]:
     """What reads each load as (its name, its table or none on a support, its factor)."""
-    place = (solids, names, set(supports))
+    held = set(supports)
+
+    def on_block(label: str, entry: Any, kind: type[_PointLoad | _SurfaceLoad], table: Any) -> Any:
+        given = as_struct(_bare(entry), kind, label)
+        block = _number(solids, given.block_index, label)
+        return label, {} if block in held else table(label, given, solids[block], names[block]), 1.0
+
     for i, entry in enumerate(own.body_forces):
         yield partial(_body, f"{name} body force {i}", entry, own.g)
     for i, entry in enumerate(own.point_loads):
-        yield partial(_point, f"{name} point load {i}", entry, *place)
+        yield partial(on_block, f"{name} point load {i}", entry, _PointLoad, _point)
     for i, entry in enumerate(own.surface_loads):
-        yield partial(_surface, f"{name} surface load {i}", entry, *place)
+        yield partial(on_block, f"{name} surface load {i}", entry, _SurfaceLoad, _surface)
 
 
 def _body(label: str, entry: Any, g: float) -> tuple[str, dict[str, Any], float]:
@@ -262,40 +268,28 @@ def _body(label: str, entry: Any, g: float) -> tuple[str, dict[str, Any], float]
     return label, {"kind": "acceleration", "direction": list(given.acceleration)}, strength / g
 
 
-def _point(
-    label: str, entry: Any, solids: Sequence[CompasSolid], names: Sequence[str], supports: set[int]
-) -> tuple[str, dict[str, Any], float]:
-    given = as_struct(_bare(entry), _PointLoad, label)
-    block = _number(solids, given.block_index, label)
-    if block in supports:
-        return label, {}, 0.0
+def _point(label: str, given: _PointLoad, _: CompasSolid, block: str) -> dict[str, Any]:
+    """The table of a force at a point, or at the centroid where none is given."""
     if given.moment and any(given.moment):
         raise InputError(f"{label}: a moment about a centroid is not read; give the point at which the force acts")
     force = list(given.force or (0.0, 0.0, 0.0))
     if given.point is None:
-        return label, {"kind": "body", "force": force, "blocks": [names[block]]}, 1.0
-    return label, {"kind": "point", "block": names[block], "point": list(given.point), "force": force}, 1.0
+        return {"kind": "body", "force": force, "blocks": [block]}
+    return {"kind": "point", "block": block, "point": list(given.point), "force": force}
 
 
-def _surface(
-    label: str, entry: Any, solids: Sequence[CompasSolid], names: Sequence[str], supports: set[int]
-) -> tuple[str, dict[str, Any], float]:
-    given = as_struct(_bare(entry), _SurfaceLoad, label)
-    block = _number(solids, given.block_index, label)
-    if block in supports:
-        return label, {}, 0.0
+def _surface(label: str, given: _SurfaceLoad, solid: CompasSolid, block: str) -> dict[str, Any]:
+    """The table of an even load on a polygon, or on a face."""
     if given.polygon is not None:
         corners = _corners(given.polygon, label)
         towards = np.array(given.direction) if given.direction else _normal(corners)
         pressure = given.magnitude * towards
     else:
-        solid = solids[block]
         if str(given.face_index) not in solid.faces or given.load is None:
-            raise InputError(f'{label}: it needs a load and the face_index of a face of "{names[block]}"')
+            raise InputError(f'{label}: it needs a load and the face_index of a face of "{block}"')
         corners = solid.block.vertices[list(solid.block.faces[solid.faces.index(str(given.face_index))])]
         pressure = np.array(given.load)
-    table = {"kind": "patch", "corners": corners.tolist(), "pressure": pressure.tolist(), "blocks": [names[block]]}
-    return label, table, 1.0
+    return {"kind": "patch", "corners": corners.tolist(), "pressure": pressure.tolist(), "blocks": [block]}
 
 
 def _corners(polygon: CompasObject, label: str) -> Floats:
