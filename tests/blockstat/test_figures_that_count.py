@@ -16,7 +16,8 @@ CORNERS = [[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 4]]
 
 def test_files_are_read_in_the_axes_that_they_are_written_in_and_close_corners_are_one(tmp_path):
     from blockstat import InputWarning, read, write
-    from blockstat.io import compas_write, folder, mesh, names, obj, surface
+    from blockstat.io import folder, mesh, names, obj, surface
+    from blockstat.io.compas.write import CompasJoint
 
     # x, y, z of a scene is x, z, -y of a GLB: a rotation.
     np.testing.assert_array_equal(mesh.Y_UP, [[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
@@ -47,7 +48,7 @@ def test_files_are_read_in_the_axes_that_they_are_written_in_and_close_corners_a
         assert obj.read_obj(tmp_path / "g.obj")[0][0].extras["group"] == ""
     assert obj.NO_GROUP == ("", "default", "off")
     # Joints of COMPAS cannot be changed once they are made; parts neither.
-    made = compas_write.CompasJoint((0, 1), [[0.0, 0, 0]], [[0.0, 0, 1]], 1.0, [])
+    made = CompasJoint((0, 1), [[0.0, 0, 0]], [[0.0, 0, 1]], 1.0, [])
     for frozen, field in ((made, "area"),):
         with pytest.raises(AttributeError):
             setattr(frozen, field, 2.0)

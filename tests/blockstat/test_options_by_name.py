@@ -11,7 +11,9 @@ import dynsim
 from blockstat import Assembly, InputError, assess, find_interfaces, glued
 from blockstat.analysis import assess as assess_room
 from blockstat.analysis import coulomb, decision, limit_load, problem, reserve, thrust, tilt_friction, verdict
-from blockstat.io import compas, compas_write, files, folder, mesh, native, obj, parts, surface
+from blockstat.io import files, folder, mesh, native, obj, parts, surface
+from blockstat.io.compas import read as compas_read
+from blockstat.io.compas import write as compas_write
 from blockstat.loading import faces, ground, on_faces
 from blockstat.solve.penalty import solve_penalty
 from evidence.scenes.small import assembly, box, stack
@@ -31,7 +33,7 @@ def written(tmp_path):
     mesh.mesh_parts(tmp_path / "a.obj")
     folder.folder_parts(tmp_path / "folder", supports=[0])
     native.native_parts(json.loads((tmp_path / "a.json").read_text()), "a")
-    compas.compas_parts(json.loads((tmp_path / "c.json").read_text()), "c")
+    compas_read.compas_parts(json.loads((tmp_path / "c.json").read_text()), "c")
     surface.read_surface(tmp_path / "a.obj")
     parts.doubts(asm)
 
@@ -72,7 +74,7 @@ ROOMS = {
     "files": (
         written,
         [files.write, files.read_parts, mesh.mesh_parts, mesh.write_mesh, folder.folder_parts, native.native_parts,
-         native.write_json, compas.compas_parts, compas_write.write_compas, obj.write_obj, surface.read_surface,
+         native.write_json, compas_read.compas_parts, compas_write.write_compas, obj.write_obj, surface.read_surface,
          parts.doubts],
     ),
     "programs": (

@@ -87,7 +87,7 @@ def closed_parts(faces: Sequence[Sequence[int]], n_vertices: int) -> list[list[i
         if not is_closed([faces[part[k]] for k in own[-1]]):
             return []
         runs += [part[run.start : run.stop] for run in own]
-    return runs
+    return sorted(runs)
 
 
 def with_cavities(vertices: Floats, faces: Sequence[Sequence[int]], runs: Sequence[Sequence[int]]) -> list[list[int]]:
