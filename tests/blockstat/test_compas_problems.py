@@ -186,5 +186,9 @@ def test_models_that_list_their_elements_and_lists_of_meshes_are_read(tmp_path):
     meshes = [{"data": own["data"]["shape"]["data"]} for own in listed]
     again = read(stored(tmp_path, meshes), supports=[0])
     np.testing.assert_array_equal(again.vertices, assembly.vertices)
+    nested = read(stored(tmp_path, [[meshes[0]], [[meshes[1]]]]), supports=[0])
+    np.testing.assert_array_equal(nested.vertices, assembly.vertices)
     with pytest.raises(InputError, match="mesh 0"):
         read(stored(tmp_path, [{"data": {}}]), supports=[0])
+    with pytest.raises(InputError, match=r"mesh 1\.0"):
+        read(stored(tmp_path, [[meshes[0]], [{"data": {}}]]), supports=[0])

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import warnings
 from ast import literal_eval
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial, reduce
 from typing import Any, TypeVar
@@ -62,12 +62,13 @@ def is_compas(data: Any) -> bool:
     bool
     """
     if isinstance(data, list):
-        return bool(data) and all(isinstance(own, dict) and isinstance(own.get("data"), dict) for own in data)
+        listed = [*_listed(data)]
+        return bool(listed) and all(isinstance(own, dict) and isinstance(own.get("data"), dict) for _, own in listed)
     return isinstance(data, dict) and ("dtype" in data or "datatype" in data) and "blocks" not in data
 
 
 def compas_parts(data: Any, name: str, *, supports: Iterable[int | str] | None = None) -> Parts:
-    """Read an assembly, a model, a problem or an analysis of COMPAS, or a list of meshes.
+    """Read an assembly, a model, a problem or an analysis of COMPAS, or a list of meshes or of such lists.
 
     Parameters
     ----------
@@ -108,7 +109,7 @@ def compas_parts(data: Any, name: str, *, supports: Iterable[int | str] | None =
     elif made.is_a(MODEL, BLOCK_MODEL):
         solids, said = _model_solids(model_data(made))
     elif made.dtype == LISTED:
-        solids, said = gathered(partial(_of_list, i, own) for i, own in enumerate(made.data["meshes"])), {}
+        solids, said = gathered(partial(_of_list, *own) for own in _listed(made.data["meshes"])), {}
     else:
         known = ", ".join((ASSEMBLY, MODEL, BLOCK_MODEL, PROBLEM, ANALYSIS))
         raise InputError(f'dtype is "{made.dtype}"; known are: {known} and their subclasses')
@@ -133,12 +134,21 @@ def _assembly_solids(assembly: AssemblyData) -> tuple[list[CompasSolid], dict[st
     return solids, assembly.attributes
 
 
-def _of_list(number: int, given: dict[str, Any]) -> CompasSolid:
+def _listed(given: list[Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """What is in a list and in the lists in it, by number: "2", or "1.2" in the second list."""
+    for number, own in enumerate(given):
+        if isinstance(own, list):
+            yield from _listed(own, f"{above}{number}.")
+        else:
+            yield f"{above}{number}", own
+
+
+def _of_list(number: str, given: dict[str, Any]) -> CompasSolid:
     """A mesh in a list; those of older versions do not say that they are one."""
     label = f"mesh {number}"
     found = as_struct({"dtype": MESH, **given}, CompasObject, label)
     mesh = _mesh(found, label)
-    return _solid(mesh, str(found.name or mesh.attributes.get("name") or ""), mesh.attributes, str(number))
+    return _solid(mesh, str(found.name or mesh.attributes.get("name") or ""), mesh.attributes, number)
 
 
 def _of_node(graph: Graph, key: str) -> CompasSolid:
