@@ -50,7 +50,7 @@ at = [0, 0, 1.5]
 
 - A string that begins with `=` is arithmetic over the parameters: `+ - * / // % **`, parentheses, comparisons (1 or 0),
   {", ".join(f"`{name}`" for name in [*FUNCTIONS, *CONSTANTS])}. Angles are in radians. Arithmetic
-  may replace any number of a composition, also in a parameter.
+  may replace any number of a composition, also in a parameter, but not the ends and the step of a range.
 - A range `{{value, min, max, step}}` may replace any number. The search changes it. Its name is its path in the file,
   such as `parameters.t` or `elements.ring.thickness`.
 - `present` of an element, a run, an opening or a buttress is `true`, `false` or `"search"`. The last is a range of 1

@@ -266,6 +266,10 @@ def test_the_map_of_the_reserve_is_red_at_the_joint_that_matters(tmp_path):
     assert found.most("corner", 1)[0][1] > 0
     for what in ("friction", "corner"):
         assert plot_reserve_map(found, what, tmp_path / f"{what}.png").is_file()
+    axes = Figure().add_subplot()
+    assert found.most("friction") == []
+    plot_reserve_map(found, "friction", axes)
+    assert "hangs on no friction" in axes.get_title()
     with pytest.raises(InputError, match="must be one of: edge, friction, corner"):
         plot_reserve_map(found, "edges", tmp_path / "x.png")
     bare = reserve_map(limit_load(tower, (1, 0, 0), optimum=True), (1, 0, 0), corners=False)

@@ -269,6 +269,17 @@ def test_the_thrust_of_an_arch_runs_from_its_crown_through_the_centres_of_pressu
     np.testing.assert_allclose(carried[order], [*size[1:5], size[4], size[5], *size[5:9]], rtol=1e-9)
 
 
+def test_the_picture_of_a_thrust_says_where_nothing_is_in_equilibrium(ring):
+    fallen = assess(arch(12, 0.08))
+    assert fallen.outcome is Outcome.UNSTABLE
+    titles = []
+    for verdict in (ring, fallen):
+        axes = Figure().add_subplot()
+        plot_thrust(verdict, axes)
+        titles.append("not in equilibrium" in axes.get_title())
+    assert titles == [False, True]
+
+
 def test_the_picture_of_a_thrust_has_its_lines_as_wide_as_their_forces(ring):
     axes = Figure().add_subplot()
     assert plot_thrust(ring, axes, azimuth=-90, elevation=0) is axes  # x to the right, z upwards

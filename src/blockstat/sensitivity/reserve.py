@@ -103,12 +103,31 @@ class ReserveMap:
         else:
             pairs = [f'"{assembly.names[a]}" and "{assembly.names[b]}"' for a, b in faces.pair]
             names = [f'"{name}"' for name in assembly.names] if what == "density" else pairs
-        order = np.argsort(-np.abs(value), kind="stable")[:number]
-        # Where nothing hangs on them all values are rounding, so they are held against the multiplier itself.
-        length, density = float(np.median(assembly.size)), float(np.median(assembly.density))
-        whole = abs(self.value) / {"edge": length, "corner": length, "density": density}.get(what, 1.0)
-        floor = NOTHING * max(np.abs(value).max(initial=0.0), whole)
+        order, floor = np.argsort(-np.abs(value), kind="stable")[:number], self.floor(what)
         return [(names[k], float(value[k])) for k in order if abs(value[k]) > floor]
+
+    def floor(self, what: str) -> float:
+        """Return the magnitude up to which derivatives count as rounding.
+
+        Parameters
+        ----------
+        what
+            As `by` takes it.
+
+        Returns
+        -------
+        float
+            In the unit of `by`.
+
+        Raises
+        ------
+        InputError
+            As `by`.
+        """
+        # Where nothing hangs on them all values are rounding, so they are held against the multiplier itself.
+        length, density = (float(np.median(own)) for own in (self.limit.assembly.size, self.limit.assembly.density))
+        whole = abs(self.value) / {"edge": length, "corner": length, "density": density}.get(what, 1.0)
+        return NOTHING * max(float(np.abs(self.by(what)).max(initial=0.0)), whole)
 
 
 def reserve_map(limit: LimitLoad, load: Any, *, loads: Loads | None = None, corners: bool = True) -> ReserveMap:

@@ -10,7 +10,7 @@ from blockstat.analysis.verdict import Verdict
 from blockstat.result import plain
 from blockstat.typing import Floats
 from blockstat.view.painter import view_of
-from blockstat.view.plot import Place, joint_resultants, plot
+from blockstat.view.plot import Place, balanced, joint_resultants, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +28,7 @@ def plot_thrust(verdict: Verdict, place: Place, **options: Any) -> Place:
     Parameters
     ----------
     verdict : Verdict
-        A verdict with an admissible force field.
+        Best with an admissible force field; the title says where there is none.
     place : str, Path or matplotlib Axes
         A file or axes, as in `blockstat.plot`.
     **options
@@ -63,7 +63,8 @@ def plot_thrust(verdict: Verdict, place: Place, **options: Any) -> Place:
         shown = width > THINNEST
         axes.add_collection(LineCollection(list(lines[shown] @ view[:2].T), colors=THRUST, linewidths=width[shown]))
 
-    title = f"{verdict.assembly.name}: thrust, widest {plain(carried.max(initial=0.0) / 1e3)} kN"
+    what = "thrust" if balanced(verdict) else "not in equilibrium, thrust of least residual tension"
+    title = f"{verdict.assembly.name}: {what}, widest {plain(carried.max(initial=0.0) / 1e3)} kN"
     drawn = {"title": title, "opacity": 0.35}
     look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
     return plot(verdict.assembly, place, **drawn | options, **look)

@@ -218,10 +218,11 @@ def plot_reserve_map(found: ReserveMap, what: str, place: Place, **options: Any)
     view = view_of(look["azimuth"], look["elevation"])
     faces, (label, step) = found.limit.interfaces, LABELS[what]
     value = step * np.abs(found.by(what))
-    top = max(float(value.max(initial=0.0)), 1e-12)
+    least = step * found.floor(what)  # up to here it is rounding
+    top = max(float(value.max(initial=0.0)), least, 1e-12)
     bar = ScalarMappable(Normalize(0.0, top), colormaps[HEAT])
     order = np.argsort(value, kind="stable")
-    order = order[value[order] > FAINT * top]  # the rest would hide what matters
+    order = order[value[order] > max(FAINT * top, least)]  # the rest would hide what matters
 
     def draw(axes: Axes) -> None:
         if what == "corner" and found.corner is not None:
@@ -231,5 +232,6 @@ def plot_reserve_map(found: ReserveMap, what: str, place: Place, **options: Any)
             draw_joints(axes, faces, view, order, bar.to_rgba(value[order]))
         axes.figure.colorbar(bar, ax=axes, shrink=0.6, label=label, format=lambda x, _: f"{x:.2g}")
 
-    title = f"{found.limit.assembly.name}: what the limit {found.value:.4g} hangs on"
+    said = "what the limit {} hangs on" if len(order) else "the limit {} hangs on no " + what
+    title = f"{found.limit.assembly.name}: {said.format(f'{found.value:.4g}')}"
     return plot(found.limit.assembly, place, **{"title": title, "opacity": 0.12, "overlay": draw} | look)

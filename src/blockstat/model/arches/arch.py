@@ -109,7 +109,7 @@ def jack_arch(
     positive(span=span, thickness=thickness)
     at_least(1, voussoirs=voussoirs)
     if not 0 <= skew < 80:
-        raise InputError(f"skew is {skew!r}; it must be an angle from 0 to 80 degrees")
+        raise InputError(f"skew is {skew!r}; it must be an angle from 0 to below 80 degrees")
     inner = span / 2 * (2 * np.arange(voussoirs + 1) / voussoirs - 1)
     outer = inner * (1 + thickness * np.tan(np.deg2rad(skew)) / (span / 2))
     low, high = np.zeros_like(inner), np.full_like(inner, thickness)
