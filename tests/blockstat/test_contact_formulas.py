@@ -8,7 +8,7 @@ import pytest
 import shapely
 from scipy.spatial.transform import Rotation
 
-from blockstat import Block, InputError, Interfaces, JointLaw, find_interfaces
+from blockstat import Assembly, Block, InputError, Interfaces, JointLaw, find_interfaces
 from blockstat.contact.cells import centres, patches_of, refine
 from blockstat.contact.coplanar import (
     Patch,
@@ -56,6 +56,7 @@ from blockstat.contact.tolerance import (
     stated_length,
 )
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
+from blockstat.model.solids import prism as solid_prism
 from evidence.scenes.small import assembly, box, prism
 from tests.point_bodies import hull
 
@@ -614,6 +615,36 @@ def test_points_are_outside_on_a_rim_or_inside_of_any_outline(seed):
     rim[6:8] = False
     assert found[1].tolist() == [expected(p, 0.0) for p in points]
     assert len({*found[0].tolist(), *found[1].tolist()}) == 3
+
+
+def test_points_far_beside_an_outline_are_outside_though_they_are_level_with_a_corner_to_the_last_bit():
+    rng = np.random.default_rng(3)
+    polygon = rng.uniform(-1, 1, (200, 5, 2))
+    points = polygon - (10.0, 0.0)
+    points[..., 1] += np.spacing(points[..., 1]) * rng.integers(-2, 3, points.shape[:2])
+    found = position(points, polygon, np.ones((200, 5), dtype=bool), np.full(200, 1e-6))
+    assert (found == OUTSIDE).all()
+
+
+def test_a_block_beside_a_concave_one_rests_on_its_bed_alone():
+    """An L in y and z from x = 0 to 1 meets a block from x = 1 on in one upright line, in sheared scenes.
+
+    The block slides on its bed at friction .1. Points of contact lie where both are, which is at x = 1 as drawn.
+    """
+    corner = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+    foot = solid_prism(*(np.array([(x, y, z) for y, z in corner], dtype=float) for x in (0, 1)), name="S")
+    drawn = [foot, box((1, 1, 0), (3, 3, 1), name="T"), box((1, 1, 1), (2, 1.4, 2), name="B")]
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        shear = np.eye(3) + rng.uniform(-0.3, 0.3, (3, 3))
+        shear[2, :2] = 0  # beds stay level
+        offset = rng.uniform(-3, 3, 3)
+        blocks = [Block(np.asarray(b.vertices) @ shear.T + offset, b.faces, name=b.name) for b in drawn]
+        scene = Assembly.from_blocks(blocks, supports=["S", "T"], friction=0.1)
+        joints = find_interfaces(scene)
+        for k in np.flatnonzero((joints.pair == (0, 2)).all(axis=1)):
+            points = joints.point[joints.start[k] : joints.start[k + 1]]
+            assert np.linalg.solve(shear, (points - offset).T)[0] == pytest.approx(1.0, abs=1e-6)
 
 
 # Interfaces as data.

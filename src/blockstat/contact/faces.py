@@ -614,7 +614,7 @@ def position(
     distance = np.sqrt((x - share * side_x) ** 2 + (y - share * side_y) ** 2)
     near = distance <= rounding[:, None, None]
     above = y >= 0
-    leaves = y - side_y >= 0
+    leaves = np.roll(above, -1, axis=2)  # of one corner both sides must say the same, to the last bit
     with np.errstate(divide="ignore", invalid="ignore"):
         crossing = x - y * side_x / side_y < 0
     inside = ((above != leaves) & crossing).sum(axis=2) % 2 == 1

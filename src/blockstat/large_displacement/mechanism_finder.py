@@ -7,13 +7,18 @@ control is largest there, and it rolls off sideways onto an edge. There the mult
 that slides until its thrust is at the corner of its bed: which of all turns about that corner a solver finds is
 rounding, and most of them leave the ridge at once.
 
-So where a mechanism leaves the blocks free to move aside at the same displacement of the control, the live load is
-nudged to either side. Of the mechanisms found, those count whose multiplier under the load itself is the same, and the
-one is followed whose multiplier falls fastest.
+So where a mechanism leaves the blocks free to move aside at the same displacement of the control, the loads are
+nudged to either side. Of the mechanisms found, those count whose multiplier under the loads themselves is the same, and
+the one is followed whose multiplier falls fastest.
+
+A keystone that sinks between two equal halves of an arch is on such a ridge too, with a joint open on both of its
+sides: it may lean towards either half and close one. On supports that move, the motion of least potential energy is
+looked for, and of motions of the same energy the one that has the least a little way on.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,11 +26,14 @@ import numpy as np
 from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.displaced.contact_status import contact_status, tie_status
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
+from blockstat.large_displacement.displaced.structure import Structure
+from blockstat.large_displacement.finite_steps.free_motion import without_free_motion
 from blockstat.large_displacement.linkage.kinematics import motion_at_fixed_parameter
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEnd, end_at
 from blockstat.large_displacement.linkage.state_solver import A_LITTLE_WAY, StateSolver
 from blockstat.large_displacement.statics.limit_state import limit_state
+from blockstat.large_displacement.statics.settling_state import settling_state
 from blockstat.loading.placed import at_centroids
 from blockstat.typing import Floats
 
@@ -41,14 +49,14 @@ SAME_VALUE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class MechanismFinder:
-    """Finds the mechanism of the limit load that begins at a pose."""
+    """Finds the mechanism that begins at a pose: of the limit load, or on supports that move."""
 
     states: StateSolver
 
     def __call__(
         self, linkage: Linkage, pose: Pose, parameter: float, sticking_speed: float
     ) -> tuple[Linkage, Floats] | PathEnd:
-        """Return the mechanism that begins at a pose, with associated flow at the displaced geometry.
+        """Return the mechanism that begins at a pose.
 
         Parameters
         ----------
@@ -64,7 +72,7 @@ class MechanismFinder:
         tuple or PathEnd
             As `FindMechanism` has it.
         """
-        begun = _mechanism_of_limit_load(linkage, pose, parameter, sticking_speed)
+        begun = _beginning(linkage, pose, parameter, sticking_speed)
         if isinstance(begun, PathEnd):
             return begun
         return self.without_unstable_mixture(linkage, pose, parameter, sticking_speed, begun)
@@ -90,41 +98,86 @@ class MechanismFinder:
         -------
         linkage, motion
             Those given where the blocks are not free to move aside, where joints slide, and where no other mechanism
-            has a multiplier that is the same and falls faster.
+            has the same multiplier, or potential energy, that falls faster.
         """
         linkage, motion = begun
-        if linkage.sliding.any() or linkage.control is None:
+        if linkage.sliding.any():
             return begun
-        structure, assembly = before.structure, before.assembly
-        there = displaced_assembly(assembly, pose)
-        up = -assembly.gravity / max(float(np.linalg.norm(assembly.gravity)), 1e-300)
-        across = np.zeros_like(motion)
-        across[:, 3:] = np.cross(motion[:, 3:], up)
-        aside = motion_at_fixed_parameter(linkage, pose, parameter, across)
-        if float(corner_speed(there, aside).max(initial=0.0)) <= FREE * float(corner_speed(there, across).max()):
-            return begun
-        assert structure.live is not None
-        push = np.zeros_like(motion)
-        push[:, :3] = assembly.mass[:, None] * aside[:, :3]
-        live = np.linalg.norm(structure.live_load(pose)[:, :3])
-        push *= NUDGE * live / max(float(np.linalg.norm(push)), 1e-300)
-        most = (1 + SAME_VALUE) * structure.multiplier(pose, parameter, motion)
+        structure = before.structure
         found = [begun]
-        for side in (1.0, -1.0):
-            nudged = replace(structure, live=structure.live.plus(at_centroids(assembly, side * push)))
-            other = _mechanism_of_limit_load(replace(before, structure=nudged), pose, parameter, sticking_speed)
-            if not isinstance(other, PathEnd) and structure.multiplier(pose, parameter, other[1]) <= most:
+        least = _to_be_least(structure, pose, parameter, motion)
+        most = least + SAME_VALUE * abs(least)
+        for push in _pushes_aside(linkage, pose, parameter, motion):
+            nudged = replace(before, structure=_nudged(structure, pose, push))
+            other = _beginning(nudged, pose, parameter, sticking_speed)
+            if not isinstance(other, PathEnd) and _to_be_least(structure, pose, parameter, other[1]) <= most:
                 found.append((replace(other[0], structure=structure), other[1]))
         return min(found, key=lambda each: self._a_little_way_on(*each, pose, parameter))
 
     def _a_little_way_on(self, linkage: Linkage, motion: Floats, pose: Pose, parameter: float) -> float:
-        """The multiplier of a linkage a little way on; infinite where it cannot be followed."""
+        """What is to be least, a little way on; infinite where the linkage cannot be followed."""
         state = self.states.first(linkage, pose, motion, parameter)
         if state is None or not state.forces.admissible:
             return np.inf
         distance = A_LITTLE_WAY * float(free_sizes(linkage.assembly).max())
         ahead = self.states.point_at(state, parameter + distance)
-        return np.inf if ahead is None else ahead.value
+        if ahead is None:
+            return np.inf
+        return ahead.value if linkage.structure.live is not None else -ahead.value
+
+
+def _to_be_least(structure: Structure, pose: Pose, parameter: float, motion: Floats) -> float:
+    """The multiplier in a motion; on supports that move, the rate of the potential energy."""
+    if structure.live is None:
+        return -structure.dead_power(pose, parameter, motion)
+    return structure.multiplier(pose, parameter, motion)
+
+
+def _pushes_aside(linkage: Linkage, pose: Pose, parameter: float, motion: Floats) -> Iterator[Floats]:
+    """Forces on the blocks along motions of a linkage that leave the parameter as it is, to either side.
+
+    They are sought next to the horizontal motion across the axis of each block's turn, and next to one motion of all
+    blocks across the axis about which most turn, and along it. So they are the same for a structure that is turned.
+    """
+    assembly = linkage.assembly
+    there, mass = displaced_assembly(assembly, pose), assembly.mass[:, None]
+    up = -assembly.gravity / max(float(np.linalg.norm(assembly.gravity)), 1e-300)
+    spin = motion[:, 3:] - np.outer(motion[:, 3:] @ up, up)
+    axis = np.linalg.svd(np.sqrt(mass) * spin, full_matrices=False)[2][0]
+    known: list[Floats] = []
+    for way in (np.cross(motion[:, 3:], up), np.cross(axis, up), axis):
+        across = np.zeros_like(motion)
+        across[:, :3] = np.where(assembly.support[:, None], 0.0, way)
+        aside = motion_at_fixed_parameter(linkage, pose, parameter, across)
+        for other in known:  # what is not among the motions before
+            aside = aside - float((mass * aside[:, :3] * other[:, :3]).sum()) * other
+        speed = float(corner_speed(there, aside).max(initial=0.0))
+        if speed <= FREE * float(corner_speed(there, across).max(initial=0.0)):
+            continue
+        known.append(aside / np.sqrt(float((mass * aside[:, :3] ** 2).sum())))
+        for side in (1.0, -1.0):
+            push = np.zeros_like(motion)
+            push[:, :3] = side * mass * known[-1][:, :3]
+            yield push
+
+
+def _nudged(structure: Structure, pose: Pose, push: Floats) -> Structure:
+    """The structure with its live load, or without one its permanent loads, nudged along some forces."""
+    own = structure.dead_load(pose) if structure.live is None else structure.live_load(pose)
+    size = float(np.linalg.norm(own[:, :3])) / max(float(np.linalg.norm(push)), 1e-300)
+    more = at_centroids(structure.assembly, NUDGE * size * push)
+    if structure.live is None:
+        return replace(structure, dead=structure.dead.plus(more))
+    return replace(structure, live=structure.live.plus(more))
+
+
+def _beginning(
+    linkage: Linkage, pose: Pose, parameter: float, sticking_speed: float
+) -> tuple[Linkage, Floats] | PathEnd:
+    """The mechanism that begins, which may be a mixture: with associated flow, or on supports that move without it."""
+    if linkage.structure.live is None:
+        return _settling_mechanism(linkage, pose, parameter, sticking_speed)
+    return _mechanism_of_limit_load(linkage, pose, parameter, sticking_speed)
 
 
 def _mechanism_of_limit_load(
@@ -137,3 +190,17 @@ def _mechanism_of_limit_load(
     sticking, sliding = contact_status(here, found.mechanism, sticking_speed=sticking_speed)
     ties, slack = tie_status(here, found.mechanism, sticking_speed=sticking_speed)
     return replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack), found.mechanism
+
+
+def _settling_mechanism(
+    linkage: Linkage, pose: Pose, parameter: float, sticking_speed: float
+) -> tuple[Linkage, Floats] | PathEnd:
+    """The motion of least potential energy on supports that move."""
+    here = linkage.configuration(pose, parameter)
+    found = settling_state(here)
+    if (end := end_at(found)) is not None:
+        return end
+    sticking, sliding = contact_status(here, found.mechanism, 1.0, sticking_speed=sticking_speed, opening=found.opening)
+    ties, slack = tie_status(here, found.mechanism, 1.0, sticking_speed=sticking_speed)
+    linkage = replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack)
+    return without_free_motion(linkage, pose, parameter, found.mechanism, sticking_speed=sticking_speed)

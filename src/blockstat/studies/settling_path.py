@@ -13,19 +13,19 @@ from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_number, known_options
 from blockstat.large_displacement.displaced.common_beds import in_common_planes
 from blockstat.large_displacement.displaced.contact_pairs import gaps
-from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status, tie_status
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST
 from blockstat.large_displacement.displaced.loads import moved_with_centroids, read_loads
 from blockstat.large_displacement.displaced.local_origin import structure_about_middle
 from blockstat.large_displacement.displaced.pose import Pose, free_sizes, rest_pose
 from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
-from blockstat.large_displacement.finite_steps.free_motion import without_free_motion
 from blockstat.large_displacement.finite_steps.whole_path import follow_path, path_options, warnings_on_accuracy
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.kinematics import pose_at
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
-from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
+from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState
 from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.mechanism_finder import MechanismFinder
 from blockstat.large_displacement.shared_slip import joints_that_slide_alone
 from blockstat.large_displacement.statics.settling_state import settling_state
 from blockstat.large_displacement.strength import warning_of_strength
@@ -250,8 +250,9 @@ def settle_to_collapse(
     end = size if displacement is None else displacement
     states = StateSolver(structure, structure.dead_power)
     none = ZERO_REACTION * structure.assembly.free_weight
-    follower = LinkageFollower(states, _settling_mechanism, end, end / steps, tolerance, ends_at_zero=False, least=none)
-    linkage, motion = _mechanism_that_leaves_rest(linkage, start, motion, size)
+    finder = MechanismFinder(states)
+    follower = LinkageFollower(states, finder, end, end / steps, tolerance, ends_at_zero=False, least=none)
+    linkage, motion = _mechanism_that_leaves_rest(finder, linkage, start, motion, size)
     alone = joints_that_slide_alone(states, linkage, start, motion)
     if alone is not None:
         linkage, motion = alone[:2]
@@ -297,21 +298,9 @@ def _drive(first: Settlement) -> Floats:
     return drive
 
 
-def _settling_mechanism(
-    linkage: Linkage, pose: Pose, parameter: float, sticking_speed: float
-) -> tuple[Linkage, Floats] | PathEnd:
-    """The mechanism that begins at a pose: the motion of least potential energy on supports that move."""
-    here = linkage.configuration(pose, parameter)
-    found = settling_state(here)
-    if (end := end_at(found)) is not None:
-        return end
-    sticking, sliding = contact_status(here, found.mechanism, 1.0, sticking_speed=sticking_speed, opening=found.opening)
-    ties, slack = tie_status(here, found.mechanism, 1.0, sticking_speed=sticking_speed)
-    linkage = replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack)
-    return without_free_motion(linkage, pose, parameter, found.mechanism, sticking_speed=sticking_speed)
-
-
-def _mechanism_that_leaves_rest(linkage: Linkage, start: Pose, motion: Floats, size: float) -> tuple[Linkage, Floats]:
+def _mechanism_that_leaves_rest(
+    finder: MechanismFinder, linkage: Linkage, start: Pose, motion: Floats, size: float
+) -> tuple[Linkage, Floats]:
     """The mechanism that is still the one of least energy at the pose near rest to which it has led.
 
     At rest several mechanisms may have the least potential energy: the thrust line of a symmetrical arch touches more
@@ -320,7 +309,7 @@ def _mechanism_that_leaves_rest(linkage: Linkage, start: Pose, motion: Floats, s
     """
     closed = np.ones(linkage.contacts.number, dtype=bool)
     whole = replace(linkage, sticking=closed, sliding=~closed)
-    found = _settling_mechanism(whole, start, 0.0, STICKING_SPEED_AT_REST)
+    found = finder(whole, start, 0.0, STICKING_SPEED_AT_REST)
     linkage, motion = (linkage, motion) if isinstance(found, PathEnd) else found
     for _ in range(0 if linkage.sliding.any() else MAX_TRIALS):
         speed = float(corner_speed(linkage.assembly, motion).max(initial=0.0))
@@ -330,7 +319,7 @@ def _mechanism_that_leaves_rest(linkage: Linkage, start: Pose, motion: Floats, s
         near = pose_at(linkage, start, length, length * motion)
         if near is None:
             break
-        found = _settling_mechanism(whole, near, length, STICKING_SPEED_AT_REST)
+        found = finder(whole, near, length, STICKING_SPEED_AT_REST)
         # Contact points of joints that slide are not those of rest.
         if isinstance(found, PathEnd) or found[0].sliding.any():
             break
