@@ -247,6 +247,26 @@ def test_a_curve_of_many_bodies_is_that_of_one_body():
     assert "more than the 1" in one.warnings[0]
 
 
+def test_a_curve_on_which_the_masses_come_back_is_taken_up_to_there():
+    """Three columns under a lintel: the middle one goes on falling while the lintel comes back to where it was."""
+    columns = [
+        box((x, 0, 0), (x + wide, 1, 2), name=n) for n, x, wide in (("a", 0, 0.5), ("b", 1.3, 0.4), ("c", 2.5, 0.5))
+    ]
+    lintel = box((0, 0, 2), (3, 1, 2.6), name="lintel")
+    scene = Assembly.from_blocks([box((-9, -5, -1), (9, 5, 0), name="ground"), *columns, lintel], supports=["ground"])
+    scene = scene.with_(friction=0.6)
+    curve = capacity(scene, (-1, 0, 0), control="b")
+    mean = [-(scene.mass[scene.free] @ point.pose.displacement[scene.free, 0]) for point in curve.points]
+    turn = int(np.argmax(mean))
+    assert mean[-1] < 0.5 * mean[turn]
+    found = nonlinear_check(curve, (-1, 0, 0))
+    assert f"the mean of the masses goes back from {curve.displacement[turn]:.4g} m of the control on" in "".join(
+        found.warnings
+    )
+    cut = nonlinear_check(replace(curve, points=curve.points[: turn + 1]), (-1, 0, 0))
+    assert found.ultimate == cut.ultimate
+
+
 def test_a_curve_whose_control_goes_back_is_taken_up_to_there(wall):
     points = wall.points
     back = replace(wall, points=(*points[:20], *points[12:]))

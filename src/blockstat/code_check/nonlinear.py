@@ -256,13 +256,13 @@ def nonlinear_check(
     Notes
     -----
     d0 is where the curve is zero, or where it ends before that because no admissible state follows or, on the safe
-    side, where the control begins to go back. A drop of the curve that leaves less than half of the multiplier bounds
-    d_SLV, and so does a block that falls out, such as a beam that loses its bearing: the multiplier is then the one
-    after it. Where the curve rises again its least multiplier before counts, on the safe side, and so does what is
-    carried without self-stress where the curve begins above it. Demands on the displacement are not verified where the
-    multiplier hardly falls, as when a block slides, where the curve took loads to act at the centroids of their blocks,
-    or where it follows a mixture of several mechanisms of one multiplier. The method is calibrated for mechanisms whose
-    points move parallel to one plane.
+    side, where the control or the mean of the masses begins to go back. A drop of the curve that leaves less than half
+    of the multiplier bounds d_SLV, and so does a block that falls out, such as a beam that loses its bearing: the
+    multiplier is then the one after it. Where the curve rises again its least multiplier before counts, on the safe
+    side, and so does what is carried without self-stress where the curve begins above it. Demands on the displacement
+    are not verified where the multiplier hardly falls, as when a block slides, where the curve took loads to act at the
+    centroids of their blocks, or where it follows a mixture of several mechanisms of one multiplier. The method is
+    calibrated for mechanisms whose points move parallel to one plane.
 
     Examples
     --------
@@ -284,7 +284,7 @@ def nonlinear_check(
     check_level(curve.assembly, direction)
     ground = _spectra(site)
     check_floor(floor)
-    curve, back = _forward(curve)
+    curve, back = _forward(curve, direction)
     dropped, after = _lost(curve)
     if not (curve.lower[0] > 0 and curve.displacement[-1] > 0 and dropped > 0):
         raise InputError("as soon as the mechanism moves the multiplier drops to less than half: there is no capacity")
@@ -364,16 +364,26 @@ def _spectra(site: Spectrum | Mapping[str, Spectrum] | None) -> Mapping[str, Spe
     return {name: spectrum_of(own, f"site of {name}") for name, own in site.items()}
 
 
-def _forward(curve: CapacityCurve) -> tuple[CapacityCurve, list[str]]:
-    """The curve up to where its control begins to go back, if it does, and what is to be said of that."""
-    there = curve.displacement
-    furthest = np.maximum.accumulate(there)
-    back = np.flatnonzero(there < furthest - BACK * furthest[-1])
-    if not len(back):
+def _forward(curve: CapacityCurve, direction: Sequence[float]) -> tuple[CapacityCurve, list[str]]:
+    """The curve up to where its control or the mean of its masses begins to go back, and what is to be said of that.
+
+    The work of the load belongs to the mean of the masses. A control may go on falling while all else comes back.
+    """
+    mass = curve.assembly.mass * ~curve.assembly.support
+    along = np.array([mass @ point.pose.displacement @ direction / mass.sum() for point in curve.points])
+    kept = {}
+    for name, there in ((curve.control, curve.displacement), ("mean of the masses", along)):
+        furthest = np.maximum.accumulate(there)
+        back = np.flatnonzero(there < furthest - BACK * furthest[-1])
+        if len(back):
+            kept[name] = int(np.argmax(there[: back[0]])) + 1
+    if not kept:
         return curve, []
-    kept = int(np.argmax(there[: back[0]])) + 1
-    told = f"the {curve.control} goes back from {there[kept - 1]:.4g} m on, which d0 is taken for (on the safe side)"
-    return replace(curve, points=curve.points[:kept]), [f'{told}; a curve with control="mean" may go further']
+    name = min(kept, key=lambda each: kept[each])
+    far = curve.displacement[kept[name] - 1]
+    metres = "m" if name == curve.control else "m of the control"
+    told = f"the {name} goes back from {far:.4g} {metres} on, which d0 is taken for (on the safe side)"
+    return replace(curve, points=curve.points[: kept[name]]), [f'{told}; a curve with control="mean" may go further']
 
 
 def _least_up_to(curve: CapacityCurve, there: float) -> float:
