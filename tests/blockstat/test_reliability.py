@@ -32,8 +32,9 @@ from blockstat import (
     reserve_map,
     write,
 )
-from blockstat.chance.first_order import MANY, FirstOrderOutcome, limit_state
-from blockstat.chance.monte_carlo import ReliabilityOutcome, _binomial, _weighted
+from blockstat.chance.first_order import CARRIES_NONE, MOVES_NOTHING, OFF_BORDER, FirstOrderOutcome
+from blockstat.chance.limit_state import MANY, limit_state
+from blockstat.chance.monte_carlo import ReliabilityOutcome, _about, _binomial, _weighted
 from blockstat.chance.population import Population
 from blockstat.chance.trials import Trials
 from blockstat.loads import WeightedLoads
@@ -203,6 +204,51 @@ def test_weighted_intervals_hold_the_known_probability_as_often_as_they_say(
         sums.append(found)
     assert held >= band(300)
     assert np.mean(sums) == pytest.approx(exact, abs=4 * np.std(sums) / math.sqrt(300))
+
+
+@pytest.mark.parametrize("draws", [3, 20, 60, 400])
+@pytest.mark.parametrize("mean", [0.55, 0.7, 0.8])
+def test_weighted_intervals_of_a_mean_that_falls_hold_the_known_probability_as_often_as_they_say(mean, draws):
+    """A block that tips at a push of .5, of more than that in the mean."""
+    push = {"push": Random("normal", mean, 0.1)}
+    population, exact = Population(TALL, find_interfaces(TALL), None, push), norm.cdf((mean - 0.5) / 0.1)
+    about, held = first_order(TALL, push, SIDE), 0
+    for seed in range(300):
+        trials = Trials(population, SIDE, about.point, seed, reuse=True)
+        fallen, weight = mean + 0.1 * trials.normals(draws)[:, 0] > 0.5, trials.weights(draws)
+        largest = draws / (trials.turns(draws) == 0).sum()
+        found, (low, high) = _about(about.beta, weight, fallen, fallen, largest, 0.95)
+        held += low <= exact <= high
+        assert 0 <= low <= found <= high <= 1
+    assert held >= band(300)
+
+
+def test_a_probability_near_one_is_told_by_the_draws_that_stand():
+    """Phi(3) = .99865 of a block that tips at .5; undecided draws stand, but not at the upper end."""
+    push = {"push": Random("normal", 0.8, 0.1)}
+    about = first_order(TALL, push, SIDE)
+    for seed in range(4):
+        found = reliability(TALL, push, load=SIDE, about=about, draws=100, seed=seed)
+        low, high = found.interval
+        assert low <= found.probability <= high <= 1
+        assert low <= norm.cdf(3.0) <= high
+        assert high - low < 0.01
+    weight, some = np.full(20, 0.01), np.arange(20) < 8
+    stands = _weighted(weight, ~some, ~some, 4.0, 0.95)
+    told, ends = _about(-1.0, weight, some, some, 4.0, 0.95)
+    assert (1 - told, 1 - ends[1], 1 - ends[0]) == pytest.approx((stands[0], *stands[1]), abs=1e-12)
+    wider = _about(-1.0, weight, np.arange(20) < 4, some, 4.0, 0.95)
+    assert wider[0] == pytest.approx(1 - 0.01 * 16 / 20)
+    assert wider[1][0] < ends[0]
+    assert wider[1][1] == pytest.approx(ends[1])
+
+
+@pytest.mark.parametrize("beta", [1.0, -1.0, math.nan])
+def test_a_probability_from_weights_that_sum_to_too_much_is_not_out_of_range(beta):
+    fallen = np.ones(20, dtype=bool) if not beta < 0 else np.zeros(20, dtype=bool)
+    told, (low, high) = _about(beta, np.full(20, 3.0), fallen, fallen, 4.0, 0.95)
+    assert told == (0.0 if beta < 0 else 1.0)
+    assert 0 <= low <= told <= high <= 1
 
 
 @pytest.mark.slow
@@ -606,22 +652,117 @@ def test_what_changes_nothing_has_no_design_point():
     found = first_order(FLAT, {"push": Random("uniform", 0.3, 0.3)}, SIDE)
     assert found.outcome is FirstOrderOutcome.NOT_FOUND
     assert found.shares == {"push": 0.0}
-    assert found.explain().startswith("Not found: the recursion did not settle on a design point")
+    assert found.explain().splitlines() == [FirstOrderOutcome.NOT_FOUND.value, MOVES_NOTHING]
+    assert found.summary()["reason"] == MOVES_NOTHING
+    assert np.isnan(found.point).all()
+    assert found.values == {}
     assert math.isnan(found.beta)
     assert math.isnan(found.probability)
     assert "robability" not in found.explain()
     assert json.loads(json.dumps(found.summary(), allow_nan=False))["probability"] is None
 
 
-@pytest.mark.parametrize(("gravity", "carried"), [((0, 0, -1), MANY), ((0.9, 0, -1), 0.0)])
-def test_where_no_multiple_of_the_load_decides_the_push_alone_has_a_derivative(gravity, carried):
-    """Weight on weight is carried any number of times; what slides by itself carries none."""
-    scene = FLAT.with_(gravity=np.array(gravity, dtype=float))
-    uncertain = {"friction": Random("normal", 0.6, 0.1), "push": Random("normal", 0.3, 0.15)}
-    population = Population(scene, find_interfaces(scene), None, uncertain)
+def test_where_any_multiple_of_the_load_is_carried_the_push_alone_has_a_derivative():
+    """Weight on weight is carried any number of times."""
+    scene = FLAT.with_(gravity=np.array([0.0, 0.0, -1.0]))
+    population = Population(scene, find_interfaces(scene), None, both_normal((0.6, 0.1), (0.3, 0.15)))
     value, slope = limit_state(population, (0, 0, -1), np.zeros(2))
-    assert value == pytest.approx(carried - 0.3, rel=1e-12)
+    assert value == pytest.approx(MANY - 0.3, rel=1e-12)
     assert slope == pytest.approx([0.0, -0.15])
+
+
+def test_a_load_that_holds_what_falls_without_it_has_a_limit_state():
+    """A slab tilted by .9 g stays where mu (1 + p) is .9 or more, p the weight that is added: at p = .9 / mu - 1."""
+    scene, (mu, push) = FLAT.with_(gravity=np.array([0.9, 0.0, -1.0])), (0.6, 0.3)
+    more = np.array([np.zeros(6), [0, 0, -scene.mass[1], 0, 0, 0]])
+    uncertain = both_normal((mu, 0.1), (push, 0.15))
+    population = Population(scene, find_interfaces(scene), None, uncertain)
+    value, slope = limit_state(population, more, np.zeros(2))
+    assert value == pytest.approx(push - (0.9 / mu - 1), rel=1e-6)
+    assert slope == pytest.approx([0.1 * 0.9 / mu**2, 0.15], rel=1e-6)
+    found = first_order(scene, uncertain, more)
+    nearest = minimize_scalar(
+        lambda z: math.hypot(z, (0.9 / (mu + 0.1 * z) - 1 - push) / 0.15), bounds=(-3, 6), method="bounded"
+    )
+    assert found.beta == pytest.approx(-nearest.fun, rel=1e-5)
+    assert found.shares["friction"] == pytest.approx((nearest.x / nearest.fun) ** 2, rel=1e-3)
+
+
+def both_normal(friction, push):
+    return {"friction": Random("normal", *friction), "push": Random("normal", *push)}
+
+
+def tilted(share):
+    """A slab under a gravity that is tilted, and a push as strong as its weight before the tilt."""
+    scene = FLAT.with_(gravity=np.array([share, 0.0, -1.0]))
+    return scene, sideways(scene.mass[1])
+
+
+@pytest.mark.parametrize(("tilt", "friction", "push"), [
+    (0.3, (0.10, 0.05), (0.05, 0.10)),  # falls with any push
+    (0.3, (0.25, 0.10), (0.10, 0.02)),
+    (0.3, (0.28, 0.05), (0.01, 0.05)),
+    (0.3, (0.5, 0.05), (0.1, 0.05)),  # stands without the push, and with it
+    (-0.3, (0.2, 0.02), (0.45, 0.05)),  # stands with the push alone, until that is too strong
+    (0.0, (0.6, 0.0), (-0.7, 0.1)),  # falls to the other side
+    (0.0, (0.6, 0.1), (-0.3, 0.15)),
+])  # fmt: skip
+def test_the_sliding_of_a_tilted_slab_has_an_exact_first_order_answer(tilt, friction, push):
+    """It slides where |tilt + push| is above mu: a plane, but for what slides to the other side."""
+    scene, load = tilted(tilt)
+    found = first_order(scene, both_normal(friction, push), load)
+    beta = (friction[0] - abs(tilt + push[0])) / math.hypot(friction[1], push[1])
+    assert found.outcome is FirstOrderOutcome.FOUND
+    assert found.beta == pytest.approx(beta, rel=1e-5)
+    assert found.probability == pytest.approx(norm.cdf(-beta), rel=1e-4)
+    assert found.shares["friction"] == pytest.approx(friction[1] ** 2 / (friction[1] ** 2 + push[1] ** 2), abs=1e-5)
+
+
+@pytest.mark.parametrize(("push", "beta"), [(0.2, 2.0), (0.05, -1.0)])
+def test_a_push_that_is_too_weak_to_hold_a_slab_has_a_design_point(push, beta):
+    """Of a tilt of .3 friction holds .2: the push must be .1, and .5 at most."""
+    scene, load = tilted(-0.3)
+    found = first_order(scene.with_(friction=0.2), {"push": Random("normal", push, 0.05)}, load)
+    assert found.beta == pytest.approx(beta, rel=1e-5)
+
+
+def test_a_step_to_where_nothing_is_carried_is_shortened():
+    """A pillar that tips at a quarter of its mean density: the tangent at the mean leads to less than none."""
+    found = first_order(pillar(), {"density.p": Random("normal", 2000.0, 200.0)}, sideways(500.0 * 2.0 * 9.81 / 2))
+    assert found.beta == pytest.approx(7.5, rel=1e-5)
+
+
+def test_where_no_push_holds_what_falls_no_design_point_is_told(tmp_path):
+    """A slab slides down a tilt, and a push across it does not hold it: draws about the mean say that it falls."""
+    scene, push = FLAT.with_(gravity=np.array([3.0, 0.0, -10.0])), (0, 1, 0)
+    uncertain = both_normal((0.2, 0.02), (0.1, 0.01))  # .3 is five deviations away
+    found = first_order(scene, uncertain, push)
+    assert found.explain().splitlines() == [FirstOrderOutcome.NOT_FOUND.value, CARRIES_NONE]
+    with pytest.raises(InputError, match="about has no design point"):
+        reliability(scene, uncertain, load=push, draws=3, about=found)
+    file = write(scene, tmp_path / "slab.json")
+    random = ("--uncertain", "friction=normal,0.2,0.02", "--uncertain", "push=normal,0.1,0.01")
+    answer = run("reliability", file, *random, "--load", "0,1,0", "--draws", "20", "--first-order", "--json")
+    assert answer.returncode == 0, answer.stderr
+    told = json.loads(answer.stdout)
+    assert (told["first_order"]["outcome"], told["first_order"]["reason"]) == ("not_found", CARRIES_NONE)
+    assert told["first_order"]["probability"] is None
+    assert (told["sampled_about"], told["probability"]) == ("the mean", 1.0)
+
+
+@pytest.mark.parametrize(("tilt", "push", "said"), [(0.3, 0.05, OFF_BORDER), (0.0, -0.7, "With the mean values the")])
+def test_a_point_that_is_not_at_the_limit_is_not_found(monkeypatch, tilt, push, said):
+    """A limit state that is wrong where the dead load falls, or for a push to the other side, leads to no answer."""
+
+    def wrong(population, load, normal):
+        return max(0.1 - tilt, 0.0) - (push + 0.1 * normal[1]), np.array([0.0, -0.1])
+
+    monkeypatch.setattr("blockstat.chance.first_order.limit_state", wrong)
+    scene, load = tilted(tilt)
+    found = first_order(scene.with_(friction=0.1), both_normal((0.1, 0.001), (push, 0.1)), load)
+    assert found.outcome is FirstOrderOutcome.NOT_FOUND
+    assert found.reason.startswith(said)
+    assert math.isnan(found.beta)
 
 
 @pytest.mark.parametrize("share", [None, 1.0, 0.9])

@@ -4,7 +4,8 @@ In the space of independent standard normal variables z the limit state g(z) = l
 tangent plane at the point of it that is nearest the origin. With beta its distance the probability is Phi(-beta), and
 the squares of the direction cosines are the shares of the variables in the variance of g. Found by the recursion of
 Hasofer, Lind, Rackwitz and Fiessler, with the exact derivatives of `blockstat.sensitivity.reserve`: one limit load a
-step, however many variables there are.
+step, however many variables there are (and some more where the dead load falls). That the point is on the border of
+falling is then judged as draws are.
 """
 
 from __future__ import annotations
@@ -16,16 +17,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.special import ndtr
 
-from blockstat.analysis.limit_load import LoadOutcome, limit_load
-from blockstat.analysis.problem import checked_loads
+from blockstat.analysis.verdict import Outcome
+from blockstat.chance.limit_state import limit_state
 from blockstat.chance.population import Population, population_of
+from blockstat.chance.trials import Trials
 from blockstat.chance.variables import Random, check_strength
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.loads import Loads, as_load
+from blockstat.loads import Loads
 from blockstat.result import Result, Sentence, finite
-from blockstat.sensitivity.parameters import pinned
-from blockstat.sensitivity.reserve import reserve_map
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -37,15 +37,20 @@ STEPS, PATIENCE = 60, 10
 CLOSE = 1e-4
 #: Standard deviations beyond which a probability is none: that of the normal distribution is below all doubles.
 FARTHEST = 38.5
-#: Multipliers beyond this are not told apart.
-MANY = 1e6
+#: So far to either side of the design point the verdict is asked for, in standard deviations: a hundred times as far as
+#: the recursion still moves it, and a part of beta that does not matter.
+BESIDE = 1e-2
+#: Why there is no design point.
+CARRIES_NONE = "With the mean values no multiple of the load is found to be carried, so that nothing has a slope."
+MOVES_NOTHING = "With the mean values nothing that is random moves the limit enough."
+OFF_BORDER = "The recursion settled on a point where the assembly is not seen to be at its limit"
 
 
 class FirstOrderOutcome(Sentence):
     """The answers of `first_order`; each value is the sentence a user reads."""
 
     FOUND = "Found: the design point, to first order."
-    NOT_FOUND = "Not found: the recursion did not settle on a design point; use draws."
+    NOT_FOUND = "Not found: the recursion came to no design point; use draws."
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,13 +59,16 @@ class FirstOrder(Result):
 
     outcome: FirstOrderOutcome
     #: distance of the limit state from the mean, in standard deviations; negative where the mean falls, and nan where
-    #: the recursion came to a place where nothing has a slope
+    #: no design point is found
     beta: float
-    point: Floats  #: the design point in standard normal variables, shape (n,)
-    values: dict[str, float]  #: the random variables there; of many values their mean
-    shares: dict[str, float]  #: part of each variable in the variance of the limit state; they sum to 1
+    point: Floats  #: the design point in standard normal variables, shape (n,); nan where none is found
+    #: the random variables there, of many values their mean; empty where no design point is found
+    values: dict[str, float]
+    #: part of each variable in the variance of the limit state; they sum to 1, and are 0 where no design point is found
+    shares: dict[str, float]
     #: the same by standard normal variable: of what values have in common, if they do, and of each value; by key
     shares_by_value: dict[str, Floats]
+    reason: str = ""  #: why no design point is found, a sentence
 
     @property
     def probability(self) -> float:
@@ -75,8 +83,9 @@ class FirstOrder(Result):
         str
             One fact a line.
         """
-        known = [] if np.isnan(self.beta) else [f"Probability {self.probability:.4g} (beta {self.beta:.4g})."]
-        lines = [self.outcome.value, *known]
+        if self.outcome is FirstOrderOutcome.NOT_FOUND:
+            return f"{self.outcome.value}\n{self.reason}"
+        lines = [self.outcome.value, f"Probability {self.probability:.4g} (beta {self.beta:.4g})."]
         for key, share in sorted(self.shares.items(), key=lambda item: -item[1]):
             lines.append(f"{key}: {self.values[key]:.6g} at the design point, {share:.0%} of the variance.")
         return "\n".join(lines)
@@ -92,6 +101,7 @@ class FirstOrder(Result):
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
+            "reason": self.reason or None,
             "probability": finite(self.probability),
             "beta": finite(self.beta),
             "values": self.values,
@@ -121,13 +131,19 @@ def first_order(
     Returns
     -------
     FirstOrder
-        The design point, about which `blockstat.reliability` may draw.
+        The design point, about which `blockstat.reliability` may draw; or why there is none.
 
     Raises
     ------
     InputError
         For a variable that there is not, without a load, for a direction whose length would be dropped, for blocks that
         overlap as drawn, and for "edge" beside "corner" or joints that are divided into cells.
+
+    Notes
+    -----
+    A point is called found where the verdicts agree with it: beside it the assembly stands on one side and falls on the
+    other, and the mean does what the sign of beta says. Where the dead load falls, the limit state goes on as long as
+    some multiple of the load is carried.
 
     References
     ----------
@@ -148,67 +164,57 @@ def first_order(
     if load is None:
         raise InputError("the first-order estimate asks when a load is not carried; give it as load")
     check_strength(population.uncertain, load)
-    point, outcome = np.zeros(population.size), FirstOrderOutcome.NOT_FOUND
-    slope, side = np.zeros(population.size), 1.0
+    point, slope, beta, reason = _design_point(population, load)
+    share = slope**2 / (float(slope @ slope) or 1.0)
+    own = {part.key: share[part.first : part.first + part.normals] for part in population.parts}
+    told = [] if reason else population.parts
+    return FirstOrder(
+        FirstOrderOutcome.NOT_FOUND if reason else FirstOrderOutcome.FOUND,
+        beta,
+        point,
+        {part.key: float(np.mean(part.variable.value(part.standard(point)))) for part in told},
+        {key: float(part.sum()) for key, part in own.items()},
+        own,
+        reason,
+    )
+
+
+def _design_point(population: Population, load: Any) -> tuple[Floats, Floats, float, str]:
+    """The design point, the slope there and beta; or nan, zero and nan, and why."""
+    point, slope, beta, reason = _settled(population, load)
+    reason = reason or _contradicted(population, load, point, slope, beta)
+    if reason:
+        return np.full(population.size, np.nan), np.zeros(population.size), np.nan, reason
+    return point, slope, beta, ""
+
+
+def _settled(population: Population, load: Any) -> tuple[Floats, Floats, float, str]:
+    """What the recursion settles on: the point, the slope there and beta; or why it does not."""
+    point, before = np.zeros(population.size), None
     for count in range(STEPS):
         value, slope = limit_state(population, load, point)
         steep, away = float(slope @ slope), float(slope @ point - value)
         if abs(away) >= FARTHEST * np.sqrt(steep):  # the slope is none, or rounding
-            side, slope = np.nan, np.zeros_like(slope)
-            break
+            if before is None:
+                return point, slope, np.nan, CARRIES_NONE if np.isneginf(value) else MOVES_NOTHING
+            point = (before + point) / 2  # where the step led there is no slope: it was too long
+            continue
         nearer = away / steep * slope
         step = (nearer - point) / (1 + count // PATIENCE)
-        point, side = point + step, -float(np.sign(slope @ nearer))
+        before, point = point, point + step
         if float(np.linalg.norm(step)) <= CLOSE:
-            outcome = FirstOrderOutcome.FOUND
-            break
-    share = slope**2 / (float(slope @ slope) or 1.0)
-    own = {part.key: share[part.first : part.first + part.normals] for part in population.parts}
-    return FirstOrder(
-        outcome,
-        (side or 1.0) * float(np.linalg.norm(point)),
-        point,
-        {part.key: float(np.mean(part.variable.value(part.standard(point)))) for part in population.parts},
-        {key: float(part.sum()) for key, part in own.items()},
-        own,
-    )
+            side = -float(np.sign(slope @ nearer)) or 1.0
+            return point, slope, side * float(np.linalg.norm(point)), ""
+    return point, slope, np.nan, f"The recursion did not settle in {STEPS} steps."
 
 
-def limit_state(population: Population, load: Any, normal: Floats) -> tuple[float, Floats]:
-    """Return the limit state, limit load multiplier less push, and its derivative.
-
-    Parameters
-    ----------
-    population
-        What is random.
-    load
-        As in `blockstat.limit_load`.
-    normal
-        Standard normal variables, shape (size,).
-
-    Returns
-    -------
-    value : float
-        Negative where the load is not carried.
-    slope : Floats
-        Shape (size,). Where the dead load is not carried, or any multiple of the load, that of the push alone.
-
-    Raises
-    ------
-    InputError
-        For a random "edge" beside a random "corner" or joints that are divided into cells: there is no derivative.
-    """
-    divided = any(law.divisions for law in population.assembly.joints)
-    if "edge" in population.uncertain and ("corner" in population.uncertain or divided):
-        beside = "joints that are divided into cells" if divided else '"corner"'
-        raise InputError(f'uncertain "edge" beside {beside} has no derivative to first order; leave one out, or draw')
-    draw = population.realise(normal)
-    options: dict[str, Any] = {"loads": draw.loads, "gap": population.gap, "interfaces": draw.interfaces}
-    found = limit_load(draw.assembly, load, optimum=True, **options)
-    carried = 0.0 if found.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE else min(found.lower, MANY)
-    corners = "corner" in population.uncertain
-    if found.outcome is LoadOutcome.LIMIT:
-        _, twist = pinned(found, as_load(draw.assembly, load), checked_loads(draw.assembly, draw.loads))
-        derivatives = reserve_map(found, load, loads=draw.loads, corners=corners)
-        return carried - draw.push, population.gradient(normal, draw, derivatives, twist)
-    return carried - draw.push, population.gradient(normal, draw, None, np.zeros((draw.assembly.n_blocks, 6)))
+def _contradicted(population: Population, load: Any, point: Floats, slope: Floats, beta: float) -> str:
+    """What speaks against a design point by the verdicts on draws beside it and at the mean; empty if nothing does."""
+    trials, step = Trials(population, load, point, 0, reuse=False), BESIDE * slope / float(np.linalg.norm(slope))
+    stable, unstable = Outcome.STABLE.word, Outcome.UNSTABLE.word
+    words = [trials.judge(0, place, None).outcome for place in (point + step, point - step, np.zeros_like(point))]
+    if words[:2] != [stable, unstable]:
+        return f"{OFF_BORDER}: {BESIDE:g} standard deviations up and down its slope it is {words[0]} and {words[1]}."
+    if abs(beta) > BESIDE and words[2] != (stable if beta > 0 else unstable):
+        return f"With the mean values the assembly is {words[2]}, which the tangent plane at the point found denies."
+    return ""

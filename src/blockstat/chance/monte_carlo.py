@@ -198,7 +198,7 @@ def reliability(
     ------
     InputError
         For a variable that there is not, a direction whose length would be dropped, fewer than one draw, a file of
-        other draws, an `about` of other variables,
+        other draws, an `about` of other variables or without a design point,
         blocks that overlap as drawn, and for corners and edges (or joint laws) of joints of several patches.
 
     Notes
@@ -209,7 +209,9 @@ def reliability(
     About a design point it is that of Fay and Feuer (1997) for weighted counts, with the largest weight of those that
     fell; where fewer than ten fell, with the largest weight there can be. So it holds where all that falls is near the
     point or its mirror image. What falls elsewhere is seen by the quarter of the draws about the mean, and `at_most` is
-    the bound of Clopper and Pearson by these alone.
+    the bound of Clopper and Pearson by these alone. Where the mean falls (a negative beta), draws that stand are
+    counted, which are then beyond the point, and the probability is 1 less theirs: what stands elsewhere makes it
+    smaller. Sums of weights scatter; an estimate or an end of its interval below 0 or above 1 is given as 0 or 1.
 
     References
     ----------
@@ -240,6 +242,8 @@ def reliability(
             f"about has a design point of {centre.size} random values and uncertain has {population.size}; "
             "give the one of the same random variables"
         )
+    if not np.isfinite(centre).all():
+        raise InputError("about has no design point, as none was found; leave it out, to draw about the mean")
     trials = Trials(population, load, centre, seed, reuse, flow)
     rows = judge_all(trials, asked := draws, file, jobs, progress)
     draws = len(rows)
@@ -252,7 +256,7 @@ def reliability(
     else:
         weight, mean = trials.weights(draws), trials.turns(draws) == 0
         fallen = failed | undecided
-        probability, interval = _weighted(weight, failed, fallen, draws / mean.sum(), confidence)
+        probability, interval = _about(about.beta, weight, failed, fallen, draws / mean.sum(), confidence)
         at_most = _binomial(int(fallen[mean].sum()), 0, int(mean.sum()), 2 * confidence - 1)[1][1]
     return Reliability(
         probability=probability,
@@ -286,6 +290,23 @@ def _binomial(failures: int, undecided: int, draws: int, confidence: float) -> t
     return failures / draws, (low, high)
 
 
+def _about(
+    beta: float, weight: Floats, failed: np.ndarray, fallen: np.ndarray, largest: float, confidence: float
+) -> tuple[float, tuple[float, float]]:
+    """Mean and interval of the draws about a design point, from those beyond it, seen from the mean.
+
+    failed, fallen : draws that fall, without and with undecided ones, shape (draws,).
+    """
+    if not beta < 0:
+        probability, (low, high) = _weighted(weight, failed, fallen, largest, confidence)
+    else:
+        _, (low, high) = _weighted(weight, ~fallen, ~failed, largest, confidence)
+        probability, low, high = 1.0 - _moments(weight[~failed] / len(weight))[0], 1.0 - high, 1.0 - low
+    # Weights sum to as many as there are draws in the mean only, so that a weighted share may come out of its range.
+    probability, low, high = (float(np.clip(own, 0.0, 1.0)) for own in (probability, low, high))
+    return probability, (low, high)
+
+
 def _weighted(
     weight: Floats, least: np.ndarray, most: np.ndarray, largest: float, confidence: float
 ) -> tuple[float, tuple[float, float]]:
@@ -296,7 +317,7 @@ def _weighted(
     more = float(weight[most].max() if most.sum() >= FEW else largest) / draws
     high, spread = (own + more**k for k, own in enumerate(_moments(weight[most] / draws), 1))
     above = spread / high * float(gammaincinv(high**2 / spread, 1 - tail))
-    return low, (below, min(above, 1.0))
+    return low, (below, above)
 
 
 def _moments(values: Floats) -> tuple[float, float]:

@@ -217,7 +217,9 @@ class Population:
             for key, own in values.items()
         }
 
-    def gradient(self, normal: Floats, draw: Draw, found: ReserveMap | None, twist: Floats) -> Floats:
+    def gradient(
+        self, normal: Floats, draw: Draw, found: ReserveMap | None, twist: Floats, push: float = -1.0
+    ) -> Floats:
         """Return the derivative of limit load less push by the standard normal variables.
 
         Parameters
@@ -230,6 +232,8 @@ class Population:
             Derivatives of its limit load; joints that are gone have none. None where there is no limit.
         twist
             Mechanism on which the load does work 1, shape (n_blocks, 6).
+        push
+            Derivative by the push; 1 where the limit is that of the opposite load.
 
         Returns
         -------
@@ -240,7 +244,7 @@ class Population:
         for number, part in enumerate(self.parts):
             kind, variable = part.kind, part.variable
             if kind == "push":
-                by = np.array([-1.0])
+                by = np.array([push])
             elif found is None:
                 continue
             elif kind in OF_JOINTS:

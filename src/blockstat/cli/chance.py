@@ -115,7 +115,8 @@ def reliability_command(
     if first_order and direction is None:
         raise InputError("--first-order asks when a load is not carried; give it by --load AX,AY,AZ")
     point = _of_scene(scene, lambda: design_point(assembly, random, **options)) if first_order else None
-    options |= {"about": point, "flow": flow, "file": output, "jobs": jobs, "progress": _Progress()}
+    about = point if point is not None and point.outcome.word == "found" else None  # else draw about the mean
+    options |= {"about": about, "flow": flow, "file": output, "jobs": jobs, "progress": _Progress()}
     found = _of_scene(scene, lambda: reliability(assembly, random, draws=draws, seed=seed, **options))
     if found.stopped and output is not None:
         typer.echo(f"{output} keeps the draws that were made: the same command goes on from there", err=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
@@ -144,8 +145,10 @@ class SearchResult(Result):
             lines.append(f"Best: {', '.join(f'{name} {value:g}' for name, value in self.best_parameters.items())}.")
         if self.assured is not None:
             low, high = self.assured.draws.interval
-            first = f"Probability of failure {self.assured.first.probability:.3g} to first order"
-            lines.append(f"{first}; by draws {self.assured.draws.probability:.3g} ({low:.3g} to {high:.3g}).")
+            first, drawn = (own.probability for own in (self.assured.first, self.assured.draws))
+            plane = "not found" if math.isnan(first) else f"{first:.3g}"
+            words = f"Probability of failure {plane} to first order; by draws {drawn:.3g}"
+            lines.append(f"{words} ({low:.3g} to {high:.3g}).")
         pruned = sum(c.dynamic == PRUNED for c in self.history)
         lines.append(
             f"{len(self.history)} designs: {self.static_solves} static solves, {self.certificates_reused} decided by "

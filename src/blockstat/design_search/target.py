@@ -16,7 +16,8 @@ import numpy as np
 from scipy.special import ndtri
 
 from blockstat.assembly import Assembly
-from blockstat.chance.first_order import FirstOrder, first_order, limit_state
+from blockstat.chance.first_order import FirstOrder, first_order
+from blockstat.chance.limit_state import limit_state
 from blockstat.chance.monte_carlo import Reliability, reliability
 from blockstat.chance.population import Population
 from blockstat.chance.variables import Random, as_strong_as, random_variables
