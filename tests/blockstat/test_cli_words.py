@@ -594,8 +594,9 @@ def test_an_interrupt_in_the_search_of_the_least_friction_leaves_the_steps(run, 
 
 @pytest.mark.parametrize("as_json", [False, True])
 def test_an_interrupt_leaves_the_blocks_that_were_taken_out(run, tower, monkeypatch, as_json):
-    # The whole tower; without stone0, and stone1 and stone2 alone above it; without stone1, above which that is known.
-    interrupt_after(monkeypatch, 5)
+    # The whole tower; without stone0, and stone1 and stone2 alone above it; without stone1, stone0 alone below it, and
+    # what is left when stone2 has fallen.
+    interrupt_after(monkeypatch, 7)
     status, out, _ = run("sequence", tower["tower"], "--remove-each", *["--json"] * as_json)
     assert status == INTERRUPTED
     if as_json:
