@@ -314,10 +314,12 @@ def _remove_each(
         found = remove_each(assembly, progress=progress, **options)
     missing = len(assembly.free) - len(found)
     words = {name: verdict.outcome.word for name, verdict in found.items()}
-    falls = {name: found[name].falls for name in found if words[name] != "stable"}
+    others = [name for name in found if words[name] != "stable"]
+    falls = {name: found[name].falls for name in others}
+    moving = {name: [assembly.names[k] for k in found[name].moving] for name in others}
     with drawn(output=(partial(plot_removal, assembly), found, output)) as files:
         if as_json:
-            print_json({**head, "removed": words, "falls": falls, "missing": missing, **files})
+            print_json({**head, "removed": words, "moving": moving, "falls": falls, "missing": missing, **files})
         else:
             _print_removed(words, falls, missing)
             written(files)

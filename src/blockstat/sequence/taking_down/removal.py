@@ -165,7 +165,7 @@ class _Left:
                         fallen.append(block)
                         gone.append(block)
             if len(fallen) == before:
-                gone = self._fewest(there).tolist()
+                gone = self._fewest(there, verdict.moving).tolist()
                 there[gone] = False
                 fallen += gone
             if not (there & ~self.support).any():
@@ -181,12 +181,13 @@ class _Left:
             self._alone[key] = self._fall(there, np.array([block]))
         return self._alone[key]
 
-    def _fewest(self, there: np.ndarray) -> Ints:
+    def _fewest(self, there: np.ndarray, moving: Ints) -> Ints:
         """Blocks next to the gap that fall together with all others held, and do not if one of `PARTS` is held, too.
 
-        The blocks present fall.
+        They are among those that move in a mechanism of the blocks present.
         """
         order = self._outwards(there)
+        order = order[np.isin(order, moving)]
         low, high, step = 0, len(order), 1  # the first `high` fall together, the first `low` do not
         while low + step < high:
             if self._fall(there, order[: low + step]):
