@@ -27,7 +27,7 @@ ORDER = """
     blockstat.large_displacement.displaced blockstat.large_displacement.overlap blockstat.large_displacement.statics
     blockstat.large_displacement.linkage blockstat.large_displacement.finite_steps
     blockstat.large_displacement blockstat.studies blockstat.reinforcement blockstat.traffic
-    blockstat.code_check blockstat.sequence blockstat.design_search blockstat.view
+    blockstat.code_check blockstat.sequence blockstat.sequence.taking_down blockstat.design_search blockstat.view
     blockstat.view.three_d blockstat.view.building blockstat.view.report blockstat blockstat.app blockstat.cli
     dynsim.settings dynsim.checks dynsim.engine dynsim.loads dynsim.bonds dynsim.judge dynsim.parallel
     dynsim.earthquake dynsim.comparison dynsim.design_search dynsim.view dynsim.panel dynsim.cli dynsim

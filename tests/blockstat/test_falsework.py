@@ -9,6 +9,7 @@ import pytest
 from blockstat import (
     Assembly,
     InputError,
+    InputWarning,
     Prop,
     assess_states,
     box,
@@ -20,7 +21,6 @@ from blockstat import (
     least_centring,
 )
 from blockstat.geometry.polyhedron import point_velocity
-from blockstat.sequence import prop_sets
 from building_sites import arch, least_force, tee
 from evidence.scenes.small import stack
 
@@ -145,13 +145,51 @@ def test_all_props_of_a_block_count_in_the_least_centring():
 def test_what_props_are_not_proven_to_leave_falling_is_not_said_to_fall(monkeypatch):
     """A stone on one prop beside its middle falls; without the proof of it this is not said."""
     assembly, props = stone_on_two_props()
-    monkeypatch.setattr(prop_sets, "falls_on_props", lambda *what: False)
+    one = props(assembly, ["stone"])[:1]
+    assert falsework(assembly, (["stone"], []), one).outcome.word == "not_held"
+    monkeypatch.setattr("blockstat.sequence.props.falls_on_props", lambda *what: False)
+    assert falsework(assembly, (["stone"], []), one).outcome.word == "undecided"
     with pytest.raises(InputError, match="no order found in which these props hold the blocks; in 1 states"):
         least_centring(assembly, lambda assembly, names: props(assembly, names)[:1])
     found = least_centring(tee(), hoists)
     assert found.undecided == 0
     blocked = replace(found, undecided=2)
     assert "no order needs less, unless it goes by one of 2 states that props may or may not hold." in blocked.explain()
+
+
+@pytest.mark.parametrize("least", ["total", "peak"])
+@pytest.mark.parametrize("ratio", [1e3, 1e6, 1e8])
+def test_hoists_hold_pebbles_on_a_stone_however_much_heavier_it_is(ratio, least):
+    """Two pebbles on one side of the middle of a stone: nothing but their own hoists balances them on it."""
+    edge = ratio ** (-1 / 3)
+    blocks = [box((-9, -9, -1), (9, 9, 0), name="ground"), box((0, 0, 1), (1, 1, 2), name="stone")]
+    for k in (0, 1):
+        x = 0.2 + k * edge
+        blocks.append(box((x, 0.2, 2), (x + edge, 0.2 + edge, 2 + edge), name=f"pebble{k}"))
+    assembly = Assembly.from_blocks(blocks, supports=["ground"], density=1000.0, gravity=(0, 0, -10))
+    names = assembly.names[1:]
+    found = falsework(assembly, (names, []), hoists(assembly, names), least=least)
+    assert found.outcome.word == "held"
+    assert found.by_block == pytest.approx(dict(zip(names, (10 * assembly.mass[1:]).tolist(), strict=True)), rel=1e-5)
+
+
+def test_props_that_may_or_may_not_hold_a_cube_in_contacts_without_a_normal_are_undecided():
+    """A cube over a slot of its own width touches the sides along edges alone, and falls if these carry nothing."""
+    blocks = [box((-1, 0, -1), (0, 1, 0), name="west"), box((1, 0, -1), (2, 1, 0), name="east")]
+    scene = Assembly.from_blocks([*blocks, box((0, 0, 0), (1, 1, 1), name="cube")], supports=["west", "east"])
+    state, level = (["cube"], []), Prop("cube", (0.0, 0.5, 0.5), (1.0, 0.0, 0.0))
+    found = falsework(scene, state, [level])
+    assert found.outcome.word == found.summary()["outcome"] == "undecided"
+    assert (np.isnan(found.total), found.bound) == (True, 0.0)
+    assert found.explain() == "Undecided: these props are proven neither to hold the blocks nor not to."
+    assert fewest_props(scene, state, [level]).outcome.word == "undecided"
+    with pytest.raises(InputError, match="decentring: these props are proven neither to hold the blocks nor not to"):
+        decentring(scene, state, [level])
+    with pytest.raises(InputError, match="in 1 states they are proven neither"):
+        least_centring(scene, lambda assembly, names: [level] * ("cube" in names))
+    under = Prop("cube", (0.5, 0.5, 0.0), (0.0, 0.0, 1.0))
+    with pytest.warns(InputWarning, match="1 smaller set may hold the blocks, too"):  # no props at all
+        assert fewest_props(scene, state, [level, under]).props == (under,)
 
 
 @pytest.mark.parametrize(

@@ -155,6 +155,20 @@ def test_bad_props_get_one_sentence_with_the_step(tmp_path, steps, sentence):
         read_plan(path, tee())
 
 
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"direction": [0, 0, 0]}, r"direction is \(0.0, 0.0, 0.0\); it must be three numbers, not all zero"),
+        ({"point": [0, float("nan"), 0]}, r"point is \(0.0, nan, 0.0\); it must be three finite numbers"),
+    ],
+)
+def test_a_prop_of_a_plan_that_reads_well_and_is_none_gets_the_sentence_of_a_prop(tmp_path, wrong, words):
+    prop = {"block": "left", "point": [-0.6, 0.5, 0.25], "direction": [0, 0, 1]} | wrong
+    (tmp_path / "plan.json").write_text(json.dumps({"steps": [], "props": {"west": prop}}))
+    with pytest.raises(InputError, match=f'plan.json: prop "west" under "left": {words}$'):
+        read_plan(tmp_path / "plan.json", tee())
+
+
 def test_the_least_friction_refuses_props():
     with pytest.raises(InputError, match="without props"):
         assess_plan(tee(), plan(), reserve=True)

@@ -7,7 +7,19 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Assembly, Block, InputError, InputWarning, Outcome, assess, load_scene, read, search, write
+from blockstat import (
+    Assembly,
+    Block,
+    InputError,
+    InputWarning,
+    Outcome,
+    assess,
+    load_scene,
+    read,
+    read_plan,
+    search,
+    write,
+)
 from blockstat.spec import scene_from
 from evidence.scenes.small import HUT, arch, assembly, box, hexahedron, prism, stack
 
@@ -289,6 +301,22 @@ def test_deep_json(tmp_path, text):
     path.write_text(text)
     with pytest.raises(InputError, match=r"nested too deeply|not valid JSON"):
         read(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[" * 100_000, "the JSON is nested too deeply"),
+        ('{"steps": ' + "[" * 200 + "]" * 200 + "}", "tables and lists are nested more than 100 deep"),
+        ("{", "line 1, column 2: not valid JSON"),
+        ("1" * 5000, "holds a number of thousands of digits"),
+    ],
+)
+def test_a_plan_that_is_no_json_is_told_what_is_wrong_with_it(tmp_path, text, words):
+    path = tmp_path / "plan.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=f"plan.json: {words}"):
+        read_plan(path, Assembly.from_blocks([box((0, 0, 0), (1, 1, 1), name="block")], supports=["block"]))
 
 
 def test_wild_numbers_and_types(tmp_path):

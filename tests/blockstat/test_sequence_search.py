@@ -389,7 +389,11 @@ def test_a_journal_that_was_cut_short_in_its_first_line_begins_anew(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "data", [b"\xff\xfe\x00\x01\n", b"{\n", b"nonsense", b"HEAD\n5\n", b'HEAD\n["x", "0x0", {}]\n']
+    "data",
+    [
+        *(b"\xff\xfe\x00\x01\n", b"{\n", b"nonsense", b"HEAD\n5\n", b'HEAD\n["x", "0x0", {}]\n'),
+        b"HEAD\n" + b"[" * 100_000 + b"\n",
+    ],
 )
 def test_a_file_that_is_no_journal_is_refused_and_kept(tmp_path, data):
     path = tmp_path / "journal.jsonl"

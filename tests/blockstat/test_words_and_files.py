@@ -24,7 +24,6 @@ from blockstat import (
     write_plan_film,
 )
 from blockstat.analysis.limit_load import LoadOutcome
-from blockstat.analysis.verdict import Outcome
 from blockstat.design_search.candidate import Candidate, SearchResult
 from blockstat.spec import scene_from
 from blockstat.studies.directions import DirectionOutcome
@@ -154,8 +153,7 @@ def test_a_film_of_a_plan_has_a_length(tmp_path, seconds):
 
 def test_a_block_whose_removal_is_undecided_has_no_colour():
     tower = stack(2)
-    open_ended = SimpleNamespace(outcome=Outcome.UNDECIDED)
-    lost = weight_lost(tower, {"stone0": open_ended, "stone1": SimpleNamespace(outcome=Outcome.STABLE)})
+    lost = weight_lost(tower, {"stone0": SimpleNamespace(falls=None), "stone1": SimpleNamespace(falls=())})
     assert np.isnan(lost[1])
     assert lost[2] == 0.0
 

@@ -307,30 +307,33 @@ def _remove_each(
     assembly: Assembly, head: dict[str, Any], output: Path | None, as_json: bool, options: dict[str, Any]
 ) -> None:
     """Which blocks may be taken out now, as a list and as a map."""
-    from blockstat.sequence.props import remove_each
+    from blockstat.sequence.taking_down.removal import remove_each
     from blockstat.view.building.removal import plot_removal
 
     with _counted("blocks taken out") as progress:
         found = remove_each(assembly, progress=progress, **options)
     missing = len(assembly.free) - len(found)
     words = {name: verdict.outcome.word for name, verdict in found.items()}
-    moving = {name: [assembly.names[k] for k in found[name].moving] for name in found if words[name] != "stable"}
+    others = [name for name in found if words[name] != "stable"]
+    falls = {name: found[name].falls for name in others}
+    moving = {name: [assembly.names[k] for k in found[name].moving] for name in others}
     with drawn(output=(partial(plot_removal, assembly), found, output)) as files:
         if as_json:
-            print_json({**head, "removed": words, "moving": moving, "missing": missing, **files})
+            print_json({**head, "removed": words, "moving": moving, "falls": falls, "missing": missing, **files})
         else:
-            _print_removed(words, moving, missing)
+            _print_removed(words, falls, missing)
             written(files)
     if missing:
         raise KeyboardInterrupt
 
 
-def _print_removed(words: dict[str, str], moving: dict[str, list[str]], missing: int) -> None:
+def _print_removed(words: dict[str, str], falls: dict[str, tuple[str, ...] | None], missing: int) -> None:
     """Print how many blocks may be taken out, and what becomes of the others."""
     if missing:
         typer.echo(f"Stopped: {len(words)} of {len(words) + missing} blocks were taken out in turn.")
     may_go = [name for name, word in words.items() if word == "stable"]
     named = f": {', '.join(may_go)}" if may_go else ""
     typer.echo(f"{len(may_go)} of {len(words)} blocks may be taken out now{named}.")
-    for name, others in moving.items():
-        typer.echo(f"{name}: {words[name]}; first to move: {listed(others, FEW)}")
+    for name, others in falls.items():
+        what = "which blocks fall is undecided" if others is None else f"falls with it: {listed(others, FEW)}"
+        typer.echo(f"{name}: {words[name]}; {what}")

@@ -11,7 +11,7 @@ import numpy as np
 
 from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY
 from blockstat.errors import InputError, InputWarning, known_options
-from blockstat.system.reading import check_file
+from blockstat.system.reading import check_file, json_of
 from blockstat.system.writing import check_directory, written_whole
 
 if TYPE_CHECKING:
@@ -79,9 +79,9 @@ def _parts(path: Path, supports: Iterable[int | str] | None, units: str | None) 
         raise InputError("the file is empty")
     if path.suffix.lower() == ".json":
         from blockstat.io.compas.read import compas_parts, is_compas
-        from blockstat.io.native import load_json, native_parts
+        from blockstat.io.native import native_parts
 
-        data = load_json(path)
+        data = json_of(path)
         if is_compas(data):
             return compas_parts(data, path.stem, supports=supports).scaled(metres)
         return native_parts(data, path.stem, supports=supports, units=units).scaled(metres)

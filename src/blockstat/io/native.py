@@ -30,7 +30,6 @@ from blockstat.io.names import distinct_names
 from blockstat.io.parts import Parts, chosen_supports, friction_said, with_friction
 from blockstat.joint import JointLaw, Tie
 from blockstat.system.faults import faults
-from blockstat.system.reading import check_depth, text_of
 
 
 class _BlockRecord(msgspec.Struct, forbid_unknown_fields=True):
@@ -76,37 +75,6 @@ class _Record(msgspec.Struct):
 KNOWN = tuple(field.name for field in msgspec.structs.fields(_Record))
 #: Likeness to a known key, twice the letters in common over those of both, from which another key is it misspelt.
 LIKE = 0.8
-
-
-def load_json(path: Path) -> Any:
-    """Read a JSON file.
-
-    Parameters
-    ----------
-    path : Path
-        The file, in UTF-8.
-
-    Returns
-    -------
-    object
-        What it holds, not yet checked.
-
-    Raises
-    ------
-    InputError
-        With the line of bad JSON.
-    """
-    text = text_of(path)
-    try:
-        data = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise InputError(f"line {error.lineno}, column {error.colno}: not valid JSON ({error.msg})") from None
-    except RecursionError:
-        raise InputError("the JSON is nested too deeply") from None
-    except ValueError:  # Python reads no integer of so many digits
-        raise InputError("holds a number of thousands of digits") from None
-    check_depth(data)
-    return data
 
 
 def native_parts(

@@ -283,7 +283,7 @@ def decentring(
     ------
     InputError
         For a prop under a block that is not present or held, a lowering that is not a finite length above 0, or props
-        that cannot hold the state.
+        that are not proven to hold the state.
 
     Examples
     --------
@@ -299,8 +299,12 @@ def decentring(
     check_positive("lowering", lowering)
     options: dict[str, Any] = {"friction": friction, "gap": gap, "interfaces": interfaces}
     problem, found, twist = held_by_props(assembly, state, props, least="total", **options)
-    if found.outcome is FalseworkOutcome.NOT_HELD:
-        raise InputError("decentring: no forces in these props balance the blocks, so there is nothing to lower")
+    if found.outcome is not FalseworkOutcome.HELD:
+        why = {
+            FalseworkOutcome.NOT_HELD: "no forces in these props balance the blocks",
+            FalseworkOutcome.UNDECIDED: "these props are proven neither to hold the blocks nor not to",
+        }
+        raise InputError(f"decentring: {why[found.outcome]}, so there is nothing to lower")
     displacement = lowering * problem.to_blocks(twist)
     faces = problem.interfaces
     joint = faces.point_interface

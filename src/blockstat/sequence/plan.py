@@ -20,7 +20,7 @@ from blockstat.errors import InputError, check_choice, check_names, known_option
 from blockstat.result import Result, Unfinished, counted, finite, listed
 from blockstat.sequence.props import Falsework, Prop, check_on_block, on_props, prop_of
 from blockstat.sequence.states import Whole
-from blockstat.system.reading import text_of
+from blockstat.system.reading import json_of
 from blockstat.system.workers import in_stretches
 from blockstat.system.writing import written_whole
 
@@ -129,7 +129,7 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
         For a file that is no plan, and for what `check_plan` finds.
     """
     try:
-        data = json.loads(text_of(Path(path)))
+        data = json_of(Path(path))
         steps = tuple(_step(step, k) for k, step in enumerate(data["steps"]))
         boundary, never = (check_names(key, data.get(key, ())) for key in ("boundary", "never_installed"))
         other = {k: v for k, v in data.items() if k not in KEYS}

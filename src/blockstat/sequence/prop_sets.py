@@ -9,6 +9,7 @@ meet all such demands are tried, until one holds: it is smallest (an implicit hi
 from __future__ import annotations
 
 import heapq
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations, count
@@ -17,9 +18,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.certificate.check import FORCE_LIMIT, power
-from blockstat.errors import InputError, check_choice, known_options
-from blockstat.result import Result
-from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, falls_on_props, held_by_props, pushes_of
+from blockstat.errors import InputError, InputWarning, check_choice, known_options
+from blockstat.result import Result, counted
+from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, held_by_props, pushes_of
 from blockstat.sequence.states import State
 
 if TYPE_CHECKING:
@@ -49,7 +50,13 @@ def fewest_props(
     Returns
     -------
     Falsework or None
-        The least total force of the smallest set; None where all of them together cannot hold the state.
+        The least total force of the smallest set that is proven to hold the state; None where all of them together
+        are proven not to. Undecided, with all of them, where neither is.
+
+    Warns
+    -----
+    InputWarning
+        For smaller sets that are proven neither to hold the state nor not to.
 
     Examples
     --------
@@ -64,9 +71,10 @@ def fewest_props(
     """
     props = tuple(props)
     everything = held_by_props(assembly, state, props, least="total", friction=friction)[1]
-    if everything.outcome is FalseworkOutcome.NOT_HELD:
-        return None
+    if everything.outcome is not FalseworkOutcome.HELD:
+        return None if everything.outcome is FalseworkOutcome.NOT_HELD else everything
     demands: list[frozenset[int]] = []
+    undecided: list[int] = []  # sizes of sets
     n = len(props)
     for size in range(n + 1):
         for chosen in combinations(range(n), size):
@@ -75,7 +83,12 @@ def fewest_props(
             some = [props[k] for k in chosen]
             problem, found, twist = held_by_props(assembly, state, some, least="total", friction=friction)
             if found.outcome is FalseworkOutcome.HELD:
+                if smaller := sum(other < size for other in undecided):
+                    sets = counted(smaller, "smaller set")
+                    text = f"fewest_props: {sets} may hold the blocks, too; neither that is proven nor that none does"
+                    warnings.warn(InputWarning(text), stacklevel=3)
                 return found
+            undecided += [size] * (found.outcome is FalseworkOutcome.UNDECIDED)
             demand = frozenset(range(n)) - set(chosen)
             if problem.program is not None and np.abs(twist).max(initial=0.0) > 0:
                 u = twist / np.abs(twist).max()
@@ -186,10 +199,10 @@ def least_centring(
         if present not in force:
             own = [prop for prop in every if prop.block in present]
             there = [name for name in names if name in present]
-            problem, found, twist = held_by_props(assembly, (there, []), own, **options)
+            found = held_by_props(assembly, (there, []), own, **options)[1]
             size = found.total if least == "total" else found.peak
             force[present] = size if found.outcome is FalseworkOutcome.HELD else np.inf
-            if found.outcome is not FalseworkOutcome.HELD and not falls_on_props(problem, own, twist):
+            if found.outcome is FalseworkOutcome.UNDECIDED:
                 undecided.add(present)
         return force[present]
 

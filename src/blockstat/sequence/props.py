@@ -10,14 +10,13 @@ and the least peak minimises t with r <= t instead.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
 
-from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.decision import outcome_of
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.rims import overlap_warnings, rim_warnings
@@ -77,15 +76,18 @@ def prop_of(name: str, given: Any) -> Prop:
     Raises
     ------
     InputError
-        For anything but its block, point and direction.
+        For anything but its block, point and direction, and as `Prop` does.
     """
     try:
         assert set(given) == {"block", "point", "direction"}
         point, direction = (tuple(float(x) for x in given[key]) for key in ("point", "direction"))
-        return Prop(str(given["block"]), point, direction)  # type: ignore[arg-type]
     except (KeyError, TypeError, ValueError, AssertionError):
         form = '{"block": NAME, "point": [x, y, z], "direction": [x, y, z]}'
         raise InputError(f'prop "{name}" is {given!r}; it must read {form}') from None
+    try:
+        return Prop(str(given["block"]), point, direction)  # type: ignore[arg-type]
+    except InputError as error:
+        raise InputError(f'prop "{name}" {str(error).removeprefix("prop ")}') from None
 
 
 class FalseworkOutcome(Sentence):
@@ -93,6 +95,15 @@ class FalseworkOutcome(Sentence):
 
     HELD = "Held: forces in the props and the joints balance every block."
     NOT_HELD = "Not held: no forces in these props balance the blocks."
+    UNDECIDED = "Undecided: these props are proven neither to hold the blocks nor not to."
+
+
+#: What the forces in props say of a state that only these may hold.
+OF_STATE = {
+    FalseworkOutcome.HELD: Outcome.STABLE,
+    FalseworkOutcome.NOT_HELD: Outcome.UNSTABLE,
+    FalseworkOutcome.UNDECIDED: Outcome.UNDECIDED,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,9 +112,10 @@ class Falsework(Result):
 
     outcome: FalseworkOutcome
     props: tuple[Prop, ...]
-    force: Floats  #: of each prop [N], shape (n_props,), none below zero; nan where the props cannot hold the state
+    force: Floats  #: of each prop [N], shape (n_props,), none below zero; nan where none are found
     least: str  #: "total" or "peak", what was minimised
-    bound: float  #: by the dual of the program, no forces hold the state with a smaller total, or peak [N]
+    #: by the dual of the program, no forces hold the state with a smaller total, or peak [N]; 0 where none is known
+    bound: float
     residual: float  #: largest unbalanced force or moment / size of a block, relative to its load
     cone_violation: float  #: largest missing normal force of a contact point, relative to the lighter block's load
 
@@ -147,7 +159,8 @@ class Falsework(Result):
         """
         lines = [self.outcome.value]
         if self.outcome is FalseworkOutcome.HELD:
-            lines.append(f"Props: {self.total:.6g} N in total, {self.peak:.6g} N at most; least {self.least}.")
+            least = "not proven least" if self.bound == 0 < self.peak else f"least {self.least}"
+            lines.append(f"Props: {self.total:.6g} N in total, {self.peak:.6g} N at most; {least}.")
         return "\n".join(lines)
 
 
@@ -304,51 +317,68 @@ def _least(problem: Problem, props: tuple[Prop, ...], least: str) -> tuple[False
         return Falsework(FalseworkOutcome.HELD, props, np.zeros(len(props)), least, 0.0, 0.0, 0.0), np.empty(0)
     pushes = pushes_of(problem, props)
     m, n = len(program.friction), len(props)
-    if not m + n:  # nothing touches anything
-        fell = np.full(n, np.nan)
-        return Falsework(FalseworkOutcome.NOT_HELD, props, fell, least, np.inf, 1.0, 0.0), program.load
-    answer = _solved(program, pushes, n, least == "peak")
-    x = np.array(answer.x)
-    force, push = x[: 3 * m], np.maximum(x[3 * m : 3 * m + n], 0.0)
-    force.reshape(-1, 3)[program.friction == 0, 1:] = 0.0  # they are zero but for rounding, which no friction carries
-    # The load of a block that hangs in its prop is nothing: errors are compared with the weights.
-    unbalanced = (program.matrix @ force + program.load + pushes @ push).reshape(-1, 6)
-    own = np.linalg.norm(program.load.reshape(-1, 6), axis=1)
-    residual = float((np.linalg.norm(unbalanced, axis=1) / np.where(own > 0, own, 1.0)).max(initial=0.0))
-    violation = max(-force_errors(program, force.reshape(-1, 3)).slack, 0.0)
-    unit, bound, outcome = program.force_unit, float(answer.obj_val_dual), FalseworkOutcome.HELD
-    if str(answer.status) not in ("Solved", "AlmostSolved") or not max(residual, violation) <= BALANCED:
-        outcome, push, bound = FalseworkOutcome.NOT_HELD, np.full(n, np.nan), np.inf
-    twist = np.array(answer.z)[: len(program.load)]
+    push, twist, bound, residual, violation = np.full(n, np.nan), program.load, 0.0, 1.0, 0.0
+    if m + n:  # else nothing touches anything
+        x, twist, bound = _solved(program, pushes, n, least == "peak")
+        force, push = x[: 3 * m], np.maximum(x[3 * m : 3 * m + n], 0.0)
+        # Tangents without friction are zero but for rounding.
+        force.reshape(-1, 3)[program.friction == 0, 1:] = 0.0
+        # The load of a block that hangs in its prop is nothing: errors are compared with the weights.
+        unbalanced = (program.matrix @ force + program.load + pushes @ push).reshape(-1, 6)
+        residual = float((np.linalg.norm(unbalanced, axis=1) / _loads(program)).max(initial=0.0))
+        violation = max(-force_errors(program, force.reshape(-1, 3)).slack, 0.0)
+    outcome = FalseworkOutcome.HELD
+    if not max(residual, violation) <= BALANCED:
+        falls = falls_on_props(problem, props, twist)
+        outcome, bound = (FalseworkOutcome.NOT_HELD, np.inf) if falls else (FalseworkOutcome.UNDECIDED, 0.0)
+        push = np.full(n, np.nan)
+    unit = program.force_unit
     return Falsework(outcome, props, push * unit, least, bound * unit, residual, violation), twist
 
 
-def _solved(program: PenaltyProgram, pushes: sparse.csc_array, n: int, peak: bool) -> Any:
-    """Clarabel's answer in the unknowns f, r and, for the least peak, t."""
+def _loads(program: PenaltyProgram) -> Floats:
+    """The load of each block, 1 where that is nothing."""
+    own = np.linalg.norm(program.load.reshape(-1, 6), axis=1)
+    return np.where(own > 0, own, 1.0)
+
+
+def _solved(program: PenaltyProgram, pushes: sparse.csc_array, n: int, peak: bool) -> tuple[Floats, Floats, float]:
+    """The unknowns f and r, the twists that are the multipliers of equilibrium, and the bound of the dual, else 0.
+
+    The rows of each block are divided by its load, forces between two by that of the lighter one, and the cost by the
+    geometric mean of all loads. A pebble is balanced as well as the stone that it lies on, however heavy that is.
+    """
     clarabel: Any = importlib.import_module("clarabel")
-    m, last = len(program.friction), int(peak)
-    cost = np.concatenate([np.zeros(3 * m), np.full(n, 1.0 - last), np.ones(last)])
+    m, last, own = len(program.friction), int(peak), _loads(program)
+    mean = float(np.exp(np.log(own).mean()))
+    row, lighter = np.repeat(own, 6), np.append(own, np.inf)[program.point_blocks].min(axis=1)
+    on = own[pushes.indices[pushes.indptr[:-1]] // 6]  # the load of the block on each prop
+    column = np.concatenate([np.repeat(lighter, 3), on, np.full(last, mean)])
+    cost = np.concatenate([np.zeros(3 * m), np.full(n, 1.0 - last), np.ones(last)]) * column / mean
     slip = np.isfinite(program.friction)
     smooth = np.flatnonzero(program.friction == 0)
     heads = np.where(slip & (program.friction > 0), program.friction, 1.0)
     size = np.column_stack([heads, slip, slip]).reshape(-1)  # joints that cannot slip have free tangents
     tangents = np.concatenate([3 * smooth + 1, 3 * smooth + 2])  # those without friction have none
     none = sparse.csr_array(sparse.eye_array(3 * m))[tangents]
-    eye = sparse.eye_array(n)
+    balance = sparse.hstack([program.matrix, pushes, sparse.csc_array((len(row), last))])
     rows = [
-        [program.matrix, pushes, sparse.csc_array((len(program.load), last))],
-        [none, sparse.csc_array((len(tangents), n)), sparse.csc_array((len(tangents), last))],
-        [sparse.diags_array(-size), sparse.csc_array((3 * m, n)), sparse.csc_array((3 * m, last))],
-        [sparse.csc_array((n, 3 * m)), -eye, sparse.csc_array((n, last))],
+        [sparse.diags_array(1.0 / row) @ balance @ sparse.diags_array(column)],
+        [none, sparse.csc_array((len(tangents), n + last))],
+        [sparse.diags_array(-size), sparse.csc_array((3 * m, n + last))],
+        [sparse.csc_array((n, 3 * m)), -sparse.eye_array(n), sparse.csc_array((n, last))],
     ]
     if peak:
-        rows.append([sparse.csc_array((n, 3 * m)), eye, sparse.csc_array(-np.ones((n, 1)))])
-    matrix = sparse.csc_array(sparse.vstack([sparse.hstack(row) for row in rows]))
+        rows.append([sparse.csc_array((n, 3 * m)), sparse.diags_array(on / mean), sparse.csc_array(-np.ones((n, 1)))])
+    matrix = sparse.csc_array(sparse.vstack([sparse.hstack(one) for one in rows]))
     half = n * (1 + last)
-    cones: list[Any] = [clarabel.ZeroConeT(len(program.load) + len(tangents)), *[clarabel.SecondOrderConeT(3)] * m]
+    cones: list[Any] = [clarabel.ZeroConeT(len(row) + len(tangents)), *[clarabel.SecondOrderConeT(3)] * m]
     cones += [clarabel.NonnegativeConeT(half)] if half else []
-    bound = np.concatenate([-program.load, np.zeros(len(tangents) + 3 * m + half)])
-    return run(sparse.csc_array((len(cost), len(cost))), cost, matrix, bound, cones)
+    right = np.concatenate([-program.load / row, np.zeros(len(tangents) + 3 * m + half)])
+    answer = run(sparse.csc_array((len(cost), len(cost))), cost, matrix, right, cones)
+    optimal = str(answer.status) in ("Solved", "AlmostSolved")
+    bound = mean * float(answer.obj_val_dual) if optimal else 0.0
+    return np.array(answer.x) * column, np.array(answer.z)[: len(row)] * mean / row, bound
 
 
 def pushes_of(problem: Problem, props: Sequence[Prop]) -> sparse.csc_array:
@@ -441,95 +471,11 @@ def on_props(
         return verdict.outcome, None
     own = [prop for prop, on in zip(props, loaded, strict=True) if on]
     options: dict[str, Any] = {"interfaces": whole.interfaces, "gap": whole.gap, "least": "total"}
-    problem, found, twist = held_by_props(whole.assembly, (there, held), own, **options)
-    outcome = outcome_with_props(problem, own, found, twist)
+    problem, found, _ = held_by_props(whole.assembly, (there, held), own, **options)
+    outcome = OF_STATE[found.outcome]
     left = max(found.residual, found.cone_violation) * np.linalg.norm(problem.load[problem.eq.blocks, :3], axis=1).sum()
     if found.total <= left:
         outcome = Outcome.UNDECIDED
     force = np.zeros(len(props))
     force[loaded] = found.force
     return outcome, replace(found, props=tuple(props), force=force)
-
-
-def outcome_with_props(problem: Problem, props: Sequence[Prop], found: Falsework, twist: Floats) -> Outcome:
-    """Return the outcome of a state that only its props may hold.
-
-    Parameters
-    ----------
-    problem : Problem
-        The state without its props.
-    props : sequence of Prop
-        Its props.
-    found : Falsework
-        Their least forces.
-    twist : array of float, shape (6 n,)
-        As `held_by_props` gives it.
-
-    Returns
-    -------
-    Outcome
-        Stable where forces in the props hold it, unstable where a mechanism proves that none do, else undecided.
-    """
-    if found.outcome is FalseworkOutcome.HELD:
-        return Outcome.STABLE
-    return Outcome.UNSTABLE if falls_on_props(problem, props, twist) else Outcome.UNDECIDED
-
-
-@known_options
-def remove_each(
-    assembly: Assembly,
-    *,
-    blocks: Iterable[str] | None = None,
-    friction: float | None = None,
-    flow: str = "associated",
-    gap: float | str = GAP,
-    interfaces: Interfaces | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> dict[str, Verdict]:
-    """Take out every single block of an assembly in turn and judge what is left.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        All blocks.
-    blocks : iterable of str, optional
-        The blocks that are taken out; by default all that are no supports.
-    friction, flow, gap, interfaces
-        As of `assess_states`.
-    progress : callable, optional
-        Called with the blocks taken out so far and those asked for. With it a KeyboardInterrupt after the first leaves
-        the others out of the answer; without it, it is raised.
-
-    Returns
-    -------
-    dict of str to Verdict
-        By the block taken out; those with a stable verdict may go now, and what moves in the others needs a prop first.
-        A state that falls has no score (nan).
-
-    Examples
-    --------
-    >>> from blockstat import Assembly, box, remove_each
-    >>> blocks = [box((-1, 0, -1), (1, 1, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="low"),
-    ...           box((0, 0, 1), (1, 1, 2), name="high")]
-    >>> found = remove_each(Assembly.from_blocks(blocks, supports=["ground"]))
-    >>> {name: verdict.outcome.word for name, verdict in found.items()}
-    {'low': 'unstable', 'high': 'stable'}
-    """
-    check_choice("flow", flow, FLOWS)
-    whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
-    chosen = assembly.free if blocks is None else assembly.blocks_named(blocks, "remove_each")
-    everything = np.ones(assembly.n_blocks, dtype=bool)
-    whole.assess(everything, assembly.support, flow=flow, score=False)
-    whole.evidence.pin()
-    found = dict[str, Verdict]()
-    try:
-        for block in chosen.tolist():
-            present = everything.copy()
-            present[block] = False
-            found[assembly.names[block]] = whole.assess(present, assembly.support & present, flow=flow, score=False)
-            if progress is not None:
-                progress(len(found), len(chosen))
-    except KeyboardInterrupt:
-        if progress is None or not found:
-            raise
-    return found

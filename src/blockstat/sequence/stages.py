@@ -29,7 +29,7 @@ from blockstat.errors import InputError, check_choice, known_options
 from blockstat.result import Result, Unfinished, finite, listed
 from blockstat.sequence.centring import centring
 from blockstat.sequence.courses import levels
-from blockstat.sequence.props import Falsework, held_by_props, outcome_with_props
+from blockstat.sequence.props import OF_STATE, Falsework, falsework
 from blockstat.sequence.states import Whole
 from blockstat.spec.material import Stage, stages_from
 from blockstat.system.workers import in_stretches
@@ -274,7 +274,7 @@ def _verdict(whole: Whole, flow: str, name: str, present: np.ndarray, on: Ints) 
         return StageVerdict(name, free, verdict.outcome, verdict.score, moving)
     props = centring(assembly, [assembly.names[k] for k in on], present=there, interfaces=whole.interfaces)
     options: dict[str, Any] = {"least": "total", "interfaces": whole.interfaces, "gap": whole.gap}
-    problem, found, twist = held_by_props(assembly, (there, []), props, **options)
+    found = falsework(assembly, (there, []), props, **options)
     held = {prop.block for prop in props}
     unpropped = tuple(assembly.names[k] for k in on[present[on]] if assembly.names[k] not in held)
-    return StageVerdict(name, free, outcome_with_props(problem, props, found, twist), np.nan, (), found, unpropped)
+    return StageVerdict(name, free, OF_STATE[found.outcome], np.nan, (), found, unpropped)

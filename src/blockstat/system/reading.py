@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import stat
 from pathlib import Path
@@ -62,6 +63,40 @@ def text_of(path: Path) -> str:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file in UTF-8") from None
+
+
+def json_of(path: Path) -> Any:
+    """Return what a JSON file in UTF-8 holds.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    object
+        Plain data, not yet checked.
+
+    Raises
+    ------
+    InputError
+        As `text_of`, for bad JSON with its line, and for lists and tables that are nested too deeply.
+    """
+    text = text_of(path)
+    try:
+        data = json.loads(text)
+        check_depth(data)
+    except json.JSONDecodeError as error:
+        where = f"line {error.lineno}, column {error.colno}"
+        raise InputError(f"{path}: {where}: not valid JSON ({error.msg})") from None
+    except RecursionError:
+        raise InputError(f"{path}: the JSON is nested too deeply") from None
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except ValueError:  # Python reads no integer of so many digits
+        raise InputError(f"{path}: holds a number of thousands of digits") from None
+    return data
 
 
 def check_depth(data: Any) -> None:

@@ -83,7 +83,7 @@ def _parsed(path: Path, data: bytes, make: Callable[[Any], T]) -> tuple[Any, lis
     try:
         head, *rows = map(json.loads, data.splitlines())
         return head, [make(row) for row in rows]
-    except (ValueError, TypeError, KeyError):
+    except (ValueError, TypeError, KeyError, RecursionError):
         raise InputError(f"{path}: a line is damaged; correct it or move the file away") from None
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,7 +23,7 @@ from blockstat.cli.options import (
 )
 from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
-from blockstat.system.reading import text_of
+from blockstat.system.reading import json_of
 from dynsim.cli.criteria import Preset
 from dynsim.cli.loads import Output
 
@@ -103,10 +102,8 @@ def _beside(assembly: Assembly, found: DynamicSequence, gap: float | str) -> Ste
 def _assembly_of(plan: Path) -> Path:
     """The assembly that a plan names, beside it."""
     try:
-        named = json.loads(text_of(plan)).get("assembly", "")
-    except InputError:
-        raise
-    except (ValueError, AttributeError, RecursionError):
+        named = json_of(plan).get("assembly", "")
+    except AttributeError:
         named = ""
     if not named:
         raise InputError(f"{plan}: names no assembly; write `dynsim sequence ASSEMBLY --plan PLAN.json`")

@@ -6,54 +6,52 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.errors import known_options
 from blockstat.typing import Floats
 from blockstat.view.plot import Place, plot
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
-
-#: A block moves in a mechanism when it is faster than this share of the fastest.
-MOVES = 0.01
+    from blockstat.sequence.taking_down.removal import Removal
 
 
-def weight_lost(assembly: Assembly, found: dict[str, Verdict]) -> Floats:
-    """Return the weight of the blocks that move when each block is taken out.
+def weight_lost(assembly: Assembly, found: dict[str, Removal]) -> Floats:
+    """Return the weight of the blocks that fall when each block is taken out.
 
     Parameters
     ----------
     assembly : Assembly
         All blocks.
-    found : dict of str to Verdict
+    found : dict of str to Removal
         What `blockstat.remove_each` returns.
 
     Returns
     -------
     array of float, shape (n_blocks,)
-        Share of the weight of all free blocks in the mechanism that was found, 0 where the rest stands, nan where that
-        is undecided, and for blocks that were not tried.
+        Share of the weight of all free blocks, that of the block itself left out: 0 where the rest stands, nan where
+        it is undecided which blocks fall, and for blocks that were not tried.
     """
     lost = np.full(assembly.n_blocks, np.nan)
     total = assembly.mass[assembly.free].sum()
-    for name, verdict in found.items():
-        block = assembly.names.index(name)
-        if verdict.outcome is Outcome.STABLE:
-            lost[block] = 0.0
-        elif verdict.outcome is Outcome.UNSTABLE:
-            lost[block] = assembly.mass[verdict.motion > MOVES].sum() / total
+    number = {name: k for k, name in enumerate(assembly.names)}
+    for name, removal in found.items():
+        if removal.falls is not None:
+            lost[number[name]] = assembly.mass[[number[fallen] for fallen in removal.falls]].sum() / total
     return lost
 
 
 @known_options
-def plot_removal(assembly: Assembly, found: dict[str, Verdict], place: Place, **options: Any) -> Place:
-    """Draw each block in the colour of the weight that falls with it when it is taken out.
+def plot_removal(assembly: Assembly, found: dict[str, Removal], place: Place, **options: Any) -> Place:
+    """Draw each block in the colour of the weight that falls when it is taken out.
+
+    These are the blocks that cannot stand even if all others are held, and those that cannot once they are gone, until
+    the rest stands (`Removal.falls`). Nothing is hit by what comes down.
 
     Parameters
     ----------
     assembly : Assembly
         All blocks.
-    found : dict of str to Verdict
+    found : dict of str to Removal
         What `blockstat.remove_each` returns.
     place : str, Path or matplotlib Axes
         As of `blockstat.plot`.
