@@ -8,12 +8,14 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+import typer
 
 from blockstat import Assembly, box, write
 from blockstat.cli.cases import case_warnings
 from blockstat.cli.commands import app
 from blockstat.cli.options import _status
 from blockstat.cli.places import _same
+from dynsim.cli.commands import app as dynsim
 from evidence.scenes.small import stack
 
 SCENE = """\
@@ -289,3 +291,44 @@ def test_a_case_that_presses_down_without_mass_is_told_where_an_acceleration_gro
         extra = (weight - 1) * 0.5 * 3 * 2 * 2700 * 9.81
         text = f'case "own": its loads press down by {extra:.6g} N and have no mass'
         assert any(str(each.message).startswith(text) for each in given) is told
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (
+            "check {two} --supports ground --supports stone0",
+            "--supports is given twice; it takes one value: --supports",
+        ),
+        ("check {two} --case a --friction .9 --case=a", "--case is given twice; it takes one value: --case NAME"),
+        ("check {two} --tilt x,5 --tilt y,5", "--tilt is given twice; it takes one value: --tilt AXIS,DEGREES"),
+        ("limit {two} --load 1,0,0 --load 0,1,0", "--load is given twice; it takes one value: --load AX,AY,AZ"),
+        ("check {two} -o {folder}/a.glb --output {folder}/b.glb", "-o is given twice; it takes one value"),
+        ("--most-blocks 5 --most-blocks 9 check {two}", "--most-blocks is given twice; it takes one value"),
+    ],
+)
+def test_a_single_value_that_is_given_twice_is_refused(run, two, tmp_path, command, words):
+    status, out, err = run(*command.format(two=two, folder=tmp_path).split())
+    assert (status, out) == (2, "")
+    assert err.startswith(f"blockstat: {words}")
+    assert list(tmp_path.iterdir()) == [two]
+
+
+@pytest.mark.parametrize("program", [app, dynsim], ids=["blockstat", "dynsim"])
+def test_all_commands_refuse_every_single_value_that_is_given_twice(run_command, program):
+    commands = typer.main.get_command(program).commands
+    assert len(commands) > 7
+    for name, command in commands.items():
+        for own in command.params:
+            if own.param_type_name == "option" and not (own.is_flag or own.multiple):
+                given = [text for option in (own.opts[0], own.opts[-1]) for text in (option, "1")]
+                status, out, err = run_command(program, "it", name, *given)
+                assert (status, out) == (2, "")
+                assert err.startswith(f"it: {own.opts[0]} is given twice"), (name, err)
+
+
+def test_flags_and_options_of_several_values_may_be_given_again(run, two):
+    assert run("check", two, "--json", "--json")[0] == 0
+    moves = ("--move", "ground:0,0,-0.01", "--move", "ground:0.01,0,0")
+    assert "--move names a part twice" in run("settle", two, *moves)[2]  # read by the command itself
+    assert run("check", two, "--imperfection", "edge=1%", "--imperfection", "friction=1.2")[0] == 0

@@ -1,4 +1,4 @@
-"""Files that a command names: none is without a name, and none is written over another."""
+"""What a command is given: each single value once, no file without a name, and none written over another."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from typer.core import TyperCommand
+from typer.core import TyperCommand, TyperGroup
 
 from blockstat.errors import NAMELESS, InputError
 
@@ -16,11 +16,38 @@ READ = ("file", "files", "scene", "loads", "loads_file", "plan", "record")
 WRITTEN = ("output", "film", "plot", "journal")
 
 
-class PlacesCommand(TyperCommand):
-    """A command that refuses files without a name, and files that it would write over what it reads or writes."""
+class OnceGroup(TyperGroup):
+    """A program that refuses an option of its own that takes one value and is given twice."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the arguments, unless a file has no name: that would be the directory one is in.
+        """Read the options before the name of a command.
+
+        Parameters
+        ----------
+        ctx : Context
+            Of the program.
+        args : list of str
+            What stands behind its name.
+
+        Returns
+        -------
+        list of str
+            What was not read.
+
+        Raises
+        ------
+        InputError
+            For an option that is given twice.
+        """
+        refuse_twice(self, ctx, args)
+        return super().parse_args(ctx, args)
+
+
+class PlacesCommand(TyperCommand):
+    """A command that refuses values given twice, files without a name, and files that it would write over others."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments, unless a value is given twice or a file has no name, which would be the directory.
 
         Parameters
         ----------
@@ -37,9 +64,10 @@ class PlacesCommand(TyperCommand):
         Raises
         ------
         InputError
-            For a file without a name.
+            For an option that takes one value and is given twice, and for a file without a name.
         """
         refuse_nameless(self.params, args)
+        refuse_twice(self, ctx, args)
         return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
@@ -65,15 +93,41 @@ class PlacesCommand(TyperCommand):
 
 
 def keep_places(app: typer.Typer) -> None:
-    """Make all commands of a program such as refuse files without a name, and those that would be written over.
+    """Make all commands of a program such as refuse values given twice and files that cannot be meant.
 
     Parameters
     ----------
     app : typer.Typer
         With all its commands.
     """
+    app.info.cls = OnceGroup
     for command in app.registered_commands:
         command.cls = PlacesCommand
+
+
+def refuse_twice(command: Any, ctx: Any, given: Sequence[str]) -> None:
+    """Raise InputError where an option that takes one value is given twice: the last one alone would count.
+
+    Parameters
+    ----------
+    command : Command
+        As typer has it, with its options.
+    ctx : Context
+        Of the command.
+    given : sequence of str
+        What stands behind its name.
+
+    Raises
+    ------
+    InputError
+        Naming the option.
+    """
+    _, _, order = command.make_parser(ctx).parse_args(args=list(given))  # takes what it reads off the list
+    single = [own for own in order if not (getattr(own, "is_flag", False) or own.multiple or own.nargs != 1)]
+    for k, own in enumerate(single):
+        if own in single[:k]:
+            form = f": {own.opts[0]} {own.metavar}" if own.metavar else ""
+            raise InputError(f"{own.opts[0]} is given twice; it takes one value{form}")
 
 
 def refuse_nameless(parameters: Sequence[Any], given: Sequence[str]) -> None:
