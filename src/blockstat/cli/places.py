@@ -1,19 +1,74 @@
-"""What a command is given: each single value once, no file without a name, and none written over another."""
+"""What a command is given: each single value once, and files that have a name and are not written over others."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
 from blockstat.errors import NAMELESS, InputError
+from blockstat.system.writing import check_writable
 
 #: Parameters that are files or directories, by what becomes of them.
 READ = ("file", "files", "scene", "loads", "loads_file", "plan", "record")
 WRITTEN = ("output", "film", "plot", "journal")
+
+
+def check_place(path: Path, *suffixes: str) -> None:
+    """Refuse a file that cannot be written; better asked before long work than after.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    *suffixes : str
+        Those that it may have, such as ".json"; any where none is given.
+
+    Raises
+    ------
+    InputError
+        For another suffix, for a directory, and for a file in a directory that does not exist or takes no file.
+    """
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise InputError(f'{path}: cannot write "{path.suffix}"; it is written as: {", ".join(suffixes)}')
+    check_writable(path)
+
+
+def file_to_write(*suffixes: str) -> Callable[[Path | None], Path | None]:
+    """Return the callback of an option for a file, which refuses one that cannot be written before anything is read.
+
+    Parameters
+    ----------
+    *suffixes : str
+        As in `check_place`.
+
+    Returns
+    -------
+    callable
+        Returns the path that it is given.
+    """
+
+    def check(path: Path | None) -> Path | None:
+        if path is not None:
+            check_place(path, *suffixes)
+        return path
+
+    return check
+
+
+Film = Annotated[
+    Path | None,
+    typer.Option(
+        "--film",
+        metavar="FILE",
+        callback=file_to_write(".glb", ".png", ".svg"),
+        help="Write the motion: .glb (animation), or .png, .svg (strip).",
+    ),
+]
 
 
 class OnceGroup(TyperGroup):
@@ -203,3 +258,50 @@ def _same(one: Path, other: Path) -> bool:
         return one.samefile(other) and (one.is_file() or one.is_dir())
     except OSError:  # one of them is not there yet
         return one.resolve() == other.resolve()
+
+
+def written(files: Mapping[str, str]) -> None:
+    """Print the names of files that a command has written, one a line.
+
+    Parameters
+    ----------
+    files : mapping of str
+        By their key, as `drawn` returns them.
+    """
+    for key, path in files.items():
+        typer.echo(f"{key}: {path}")
+
+
+@contextmanager
+def drawn(**wanted: tuple[Callable[[Any, Path], Any], Any, Path | None]) -> Iterator[dict[str, str]]:
+    """Write the pictures that were asked for; one that cannot be written is told when the answer has been printed.
+
+    Parameters
+    ----------
+    **wanted : (callable, object, Path or None)
+        By its key in the JSON: what writes it, what is shown, and the file.
+
+    Yields
+    ------
+    dict of str
+        The files that were written, by key.
+
+    Raises
+    ------
+    InputError
+        After the body of the `with` statement, for a file that was not written.
+    KeyboardInterrupt
+        After the body, for an interrupt while they were written.
+    """
+    files, refused = dict[str, str](), list[InputError | KeyboardInterrupt]()
+    for key, (write, shown, path) in wanted.items():
+        if path is None or any(isinstance(error, KeyboardInterrupt) for error in refused):
+            continue
+        try:
+            write(shown, path)
+            files[key] = str(path)
+        except (InputError, KeyboardInterrupt) as error:
+            refused.append(error)
+    yield files
+    for error in refused:
+        raise error
