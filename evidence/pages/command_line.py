@@ -46,8 +46,9 @@ statics and `dynsim` is Bullet. `python -m blockstat` and `python -m dynsim` do 
 A FILE is a scene (`.toml`), an assembly (`.json`, COMPAS too), or a mesh (`.obj`, `.glb`, `.stl`, `.ply`, or a folder
 of them). A mesh does not say which blocks are supports: give `--supports NAME,...`, or
 `--supports lowest` for those that reach down to the lowest corner. Lengths are metres unless
-`--units` says otherwise, and z points up (in GLB y) unless `--up` does. `--json` prints one JSON object on standard
-output; progress goes to standard error.
+`--units` says otherwise, and z points up (in GLB y) unless `--up` does. A file in other units or axes is converted to
+metres with z up, and every other option, load, path and tie is in these axes. An option that takes one value is refused
+if it is given twice. `--json` prints one JSON object on standard output; progress goes to standard error.
 
 | exit status | meaning |
 |---|---|

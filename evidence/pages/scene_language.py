@@ -92,7 +92,8 @@ OTHERS = {
 LOADS = """## `loads.NAME`
 
 A load has a `kind` and the parameters of the function of `blockstat` that makes it. It acts only in cases that name it.
-Coordinates are those of the whole building. `group` takes groups inside a group along.
+Coordinates are those of the whole building, in metres with z up; so are those in a file of loads for blocks that
+`--units` and `--up` convert. `group` takes groups inside a group along.
 """
 
 CASES = """## `cases.NAME`

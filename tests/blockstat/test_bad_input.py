@@ -108,7 +108,7 @@ def test_bad_gravity(gravity):
         ({"friction": -1}, "friction is -1"),
         ({"units": "mm"}, 'units are "mm"; only "m" is read'),
         ({"gravity": [0, 0]}, "gravity"),
-        ({"density": -5}, 'block "cube": density is -5'),
+        ({"density": -5}, "bad.json: density is -5; it must be above 0"),
         ({"blocks": []}, "no blocks"),
         ({"blocks": [{"name": "x", "vertices": "none", "faces": []}]}, 'block "x": vertices'),
         (
@@ -215,3 +215,23 @@ def test_mesh_without_supports_says_what_to_do(tmp_path):
 def test_one_where_several_stand_and_text_where_a_number_does(wrong, words):
     with pytest.raises(InputError, match=words):
         wrong()
+
+
+@pytest.mark.parametrize("top", [-5, 0])
+def test_a_density_of_the_file_is_checked_where_each_block_has_its_own(tmp_path, top):
+    blocks = [{"name": "cube", "density": 2000, "vertices": CUBE.vertices.tolist(), "faces": CUBE.faces}]
+    path = tmp_path / "own.json"
+    path.write_text(json.dumps({"density": top, "supports": [0], "blocks": blocks}))
+    with pytest.raises(InputError, match=f"density is {top}; it must be above 0"):
+        read(path)
+    path.write_text(json.dumps({"density": 1500, "supports": [0], "blocks": blocks}))
+    assert read(path).density.tolist() == [2000.0]
+
+
+@pytest.mark.parametrize("densities", [[1800.0, 1800.0], [1800.0, 0.1 + 0.2]])
+def test_a_written_file_says_each_density_in_one_place(tmp_path, densities):
+    two = stack(1).with_(density=densities)
+    data = json.loads(write(two, tmp_path / "two.json").read_text())
+    assert ("density" in data) is (len(set(densities)) == 1)
+    assert all(("density" in block) is ("density" not in data) for block in data["blocks"])
+    assert read(tmp_path / "two.json").density.tolist() == densities

@@ -8,12 +8,14 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+import typer
 
-from blockstat import Assembly, box, write
+from blockstat import Assembly, InputWarning, box, read, write
 from blockstat.cli.cases import case_warnings
 from blockstat.cli.commands import app
 from blockstat.cli.options import _status
 from blockstat.cli.places import _same
+from dynsim.cli.commands import app as dynsim
 from evidence.scenes.small import stack
 
 SCENE = """\
@@ -289,3 +291,132 @@ def test_a_case_that_presses_down_without_mass_is_told_where_an_acceleration_gro
         extra = (weight - 1) * 0.5 * 3 * 2 * 2700 * 9.81
         text = f'case "own": its loads press down by {extra:.6g} N and have no mass'
         assert any(str(each.message).startswith(text) for each in given) is told
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (
+            "check {two} --supports ground --supports stone0",
+            "--supports is given twice; it takes one value: --supports",
+        ),
+        ("check {two} --case a --friction .9 --case=a", "--case is given twice; it takes one value: --case NAME"),
+        ("check {two} --tilt x,5 --tilt y,5", "--tilt is given twice; it takes one value: --tilt AXIS,DEGREES"),
+        ("limit {two} --load 1,0,0 --load 0,1,0", "--load is given twice; it takes one value: --load AX,AY,AZ"),
+        ("check {two} -o {folder}/a.glb --output {folder}/b.glb", "-o is given twice; it takes one value"),
+        ("--most-blocks 5 --most-blocks 9 check {two}", "--most-blocks is given twice; it takes one value"),
+    ],
+)
+def test_a_single_value_that_is_given_twice_is_refused(run, two, tmp_path, command, words):
+    status, out, err = run(*command.format(two=two, folder=tmp_path).split())
+    assert (status, out) == (2, "")
+    assert err.startswith(f"blockstat: {words}")
+    assert list(tmp_path.iterdir()) == [two]
+
+
+@pytest.mark.parametrize("program", [app, dynsim], ids=["blockstat", "dynsim"])
+def test_all_commands_refuse_every_single_value_that_is_given_twice(run_command, program):
+    commands = typer.main.get_command(program).commands
+    assert len(commands) > 7
+    for name, command in commands.items():
+        for own in command.params:
+            if own.param_type_name == "option" and not (own.is_flag or own.multiple):
+                given = [text for option in (own.opts[0], own.opts[-1]) for text in (option, "1")]
+                status, out, err = run_command(program, "it", name, *given)
+                assert (status, out) == (2, "")
+                assert err.startswith(f"it: {own.opts[0]} is given twice"), (name, err)
+
+
+def test_flags_and_options_of_several_values_may_be_given_again(run, two):
+    assert run("check", two, "--json", "--json")[0] == 0
+    moves = ("--move", "ground:0,0,-0.01", "--move", "ground:0.01,0,0")
+    assert "--move names a part twice" in run("settle", two, *moves)[2]  # read by the command itself
+    assert run("check", two, "--imperfection", "edge=1%", "--imperfection", "friction=1.2")[0] == 0
+
+
+def test_blanks_around_names_and_capitals_of_units_and_axes_are_read(run, two, tmp_path):
+    mesh = write(read(two), tmp_path / "two.obj", up="y", units="mm")
+    told = [
+        json.loads(run("check", mesh, "--supports", names, "--up", up, "--units", units, "--json")[1])
+        for names, up, units in (("ground,stone0", "y", "mm"), ("ground, stone0 ", "Y", "MM"))
+    ]
+    assert told[0]["verdict"] == "stable"
+    for key in ("weight", "supports", "up", "units", "moving"):
+        assert told[0].get(key) == told[1].get(key)
+
+
+def test_a_file_that_is_turned_is_told_in_the_answer_and_the_report(run, two, tmp_path, monkeypatch):
+    monkeypatch.setattr("blockstat.view.assessment._pictures", lambda found: "")
+    turned, glb = write(read(two), tmp_path / "two.obj", up="y"), write(read(two), tmp_path / "two.glb")
+    words = "coordinates in m, turned: y up in the file, joints closed"
+    assert words in run("check", turned, "--up", "y")[1]
+    assert words in run("check", glb)[1]
+    assert "turned" not in run("check", two)[1]
+    assert json.loads(run("check", turned, "--up", "y", "--json")[1])["up"] == "y"
+    assert json.loads(run("check", two, "--json")[1])["up"] == "z"
+    assert run("report", turned, "--up", "y", "-o", tmp_path / "r.html", "--directions", 4)[0] == 0
+    assert "two.obj, turned: y up in the file, z up here" in (tmp_path / "r.html").read_text()
+
+
+def test_loads_of_a_file_with_y_up_are_in_axes_with_z_up(run, tmp_path):
+    """A slab, 3 m high, 1 m thick along y and 2 m long along x, which tips about y at a third and about x at two."""
+    blocks = [box((-3, -3, -1), (3, 3, 0), name="ground"), box((-1, -0.5, 0), (1, 0.5, 3), name="slab")]
+    slab = Assembly.from_blocks(blocks, supports=["ground"], friction=5.0)
+    turned = write(slab, tmp_path / "slab.obj", up="y")
+    for load, expected in (("1,0,0", 2 / 3), ("0,1,0", 1 / 3)):
+        found = json.loads(run("limit", turned, "--up", "y", "--load", load, "--json")[1])
+        assert found["lower"] == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("gravity", "words"),
+    [
+        ("0,0,9.81", "gravity points up; down is -z"), ("0,1,9.81", "gravity points up"),
+        ("9.81,0,0", "gravity points sideways"), ("0,0,-9810", "gravity is 9,810 m/s2"),
+        ("0,0,-0.00981", "gravity is 0.00981 m/s2"), ("0,1,-9.81", ""), ("0,0,-1", ""), ("0,0,-1.62", ""),
+    ],
+)  # fmt: skip
+def test_a_gravity_that_does_not_pull_down_or_is_of_another_unit_is_doubted(run, two, tmp_path, gravity, words):
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", InputWarning)
+        told = json.loads(run("check", two, "--gravity", gravity, "--json")[1])["warnings"]
+        data = json.loads(two.read_text()) | {"gravity": [float(part) for part in gravity.split(",")]}
+        own = tmp_path / "own.json"
+        own.write_text(json.dumps(data))
+        of_file = json.loads(run("check", own, "--json")[1])["warnings"]
+    for found in (told, of_file):
+        assert [text for text in found if "gravity" in text] == [text for text in found if words and words in text]
+        assert any("gravity" in text for text in found) is bool(words)
+
+
+def test_an_acceleration_of_the_ground_that_may_be_in_metres_is_doubted(run, two):
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", InputWarning)
+        told = json.loads(run("code-check", two, "--load", "1,0,0", "--ag", "1.47", "--json")[1])["warnings"]
+        assert any("--ag is 1.47 g" in text and "1.47 m/s2 are 0.15" in text for text in told)
+        told = json.loads(run("code-check", two, "--load", "1,0,0", "--ag", "0.5", "--json")[1])["warnings"]
+        assert not any("--ag" in text for text in told)
+
+
+def test_live_loads_of_zero_are_not_the_same_as_none(run, two, tmp_path):
+    path = tmp_path / "loads.toml"
+    loads = "".join(f'[loads.{name}]\nkind = "body"\nforce = [{size}, 0, 0]\n' for name, size in (("no", 0), ("w", 9)))
+    cases = "[cases.a]\nlive = { no = 1 }\n[cases.b]\nlive = { w = 0 }\n[cases.c]\nfactors = { w = 1 }\n"
+    path.write_text(loads + cases)
+    lines = run("cases", two, "--loads", path)[1].splitlines()
+    assert [line.split("stable")[1].strip() for line in lines[1:]] == ["live loads are zero"] * 2 + ["no live loads"]
+    assert 'the live loads of case "a" are zero' in run("limit", two, "--loads", path, "--case", "a")[2]
+    assert 'case "c" has no live loads' in run("limit", two, "--loads", path, "--case", "c")[2]
+
+
+def test_a_plan_in_place_of_an_assembly_and_a_decimal_comma_are_told(run, two, tmp_path):
+    plan, comma = tmp_path / "plan.json", tmp_path / "comma.json"
+    plan.write_text(json.dumps({"steps": [{"install": ["stone0"]}]}))
+    comma.write_text(json.dumps(json.loads(two.read_text()) | {"friction": "0,7"}))
+    assert "this is a plan of building; give the assembly, and --plan with it" in run("check", plan)[2]
+    assert (
+        "friction: Expected `float`, got `str`; write 0.7 without quotes, with a decimal point"
+        in run("check", comma)[2]
+    )
+    status, _, err = run("check", two, "--friction", "0,5")
+    assert (status, "a decimal point, such as 0.5" in err) == (2, True)

@@ -348,7 +348,10 @@ def test_users_may_choose_the_names_of_keys_of_a_range(tables):
 def test_a_range_short_of_a_key_is_told_by_its_key():
     for half in ({"value": 2}, {"value": 2, "min": 1, "max": 2}, {"min": 1, "max": 2}, {"max": 2, "step": 1}):
         message = refused({"name": "t", "elements": {"a": PIER | {"height": half}}})
-        assert message.startswith("elements.a.height: Object missing required field")
+        lacking = [key for key in ("value", "min", "max", "step") if key not in half]
+        assert message.startswith(
+            f"elements.a.height: {', '.join(lacking)} {'are' if len(lacking) > 1 else 'is'} missing"
+        )
 
 
 def test_only_the_steps_of_a_range_are_checked_with_its_ends():
@@ -434,7 +437,10 @@ POST = {"kind": "box", "size": [1.0, 1.0, 2.0]}
         ({"elements": 3}, "elements: Expected `object`, got `int`"),
         ({"parameters": 3}, "parameters: Expected `object`, got `int`"),
         ({"parameters": {"t": {"value": 1, "mini": 0}}}, "parameters.t.mini: unknown key; keys here are: value, min"),
-        ({"parameters": {"t": {"value": 1, "min": 0}}}, "parameters.t: Object missing required field `max`"),
+        (
+            {"parameters": {"t": {"value": 1, "min": 0}}},
+            "parameters.t: max, step are missing; keys here are: value, min, max, step",
+        ),
         ({"parameters": {"t": [1]}}, "parameters.t: [1] is not a number, true, false"),
     ],
 )
@@ -443,7 +449,7 @@ def test_a_gate_that_cannot_be_read_or_stand_says_why(change, says):
 
 
 def test_a_composition_has_elements():
-    with pytest.raises(InputError, match="Object missing required field `elements`"):
+    with pytest.raises(InputError, match="elements is missing; keys here are: name, elements"):
         scene_from({"name": "gate", "parameters": {"a": 1}})
 
 

@@ -267,5 +267,5 @@ def test_an_upload_is_read_in_a_process_of_its_own(tmp_path):
     model = sent("stones.json", content, "")
     assert isinstance(model, Model)
     assert model.assembly.n_blocks == 3
-    assert str(sent("stones.json", b"{}", "")) == "stones.json: Object missing required field `blocks`"
+    assert str(sent("stones.json", b"{}", "")).startswith("stones.json: blocks is missing; keys here are: blocks, name")
     assert Path("stones.json").exists() is False

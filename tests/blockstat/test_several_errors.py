@@ -307,7 +307,7 @@ def test_all_errors_of_a_compas_model_are_told(tmp_path):
         lines_of(lambda: read(path)),
         f'{path}: model: a "compas.geometry/Rotation" is neither a 4 by 4 matrix nor a frame',
         f'{path}: element "{elements[0]["name"]}": a "compas.geometry/Rotation" is neither',
-        f'{path}: element "{elements[1]["name"]}": transformation: Object missing required field `dtype`',
+        f'{path}: element "{elements[1]["name"]}": transformation: dtype is missing; keys here are: dtype,',
         f'{path}: block "{guids[2]}": the mesh has a bad vertex or corner: float() argument must be a string or a',
         f'{path}: element "{elements[3]["name"]}": a "compas_dem.elements',
         f'{path}: tree: no element "nobody"',

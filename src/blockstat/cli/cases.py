@@ -358,7 +358,12 @@ def load_and_loads(
     if case is None:
         raise InputError("--load AX,AY,AZ or --case NAME with live loads is needed: what grows until the limit")
     if not case.live.any():
-        raise InputError(f'case "{case.name}" has no live loads; give what grows by --load AX,AY,AZ')
+        lack = (
+            f'the live loads of case "{case.name}" are zero'
+            if case.live_names
+            else f'case "{case.name}" has no live loads'
+        )
+        raise InputError(f"{lack}; give what grows by --load AX,AY,AZ")
     return case.live, case.weighted_permanent if weighted else case.permanent
 
 
@@ -514,6 +519,8 @@ def case_answers(assembly: Assembly, cases: dict[str, LoadCase], *, gap: float |
             found = limit_load(assembly, case.live, loads=case.permanent, **options).summary()
             row |= {"status": found["status"], "lower": found["lower"], "upper": found["upper"]}
             told += tuple(found["warnings"])
+        elif case.live_names:
+            row["status"] = "live_loads_are_zero"
         yield row | {"warnings": list(dict.fromkeys(told))}
 
 

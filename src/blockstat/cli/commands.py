@@ -34,17 +34,15 @@ from blockstat.cli.options import (
     Up,
     Version,
     doubt,
-    drawn,
-    file_to_write,
     gap_of,
+    names_in,
     numbers,
     print_json,
     run_app,
-    written,
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.pictures import app_command, picture_to_write, plot_command
-from blockstat.cli.places import keep_places
+from blockstat.cli.places import drawn, file_to_write, keep_places, written
 from blockstat.cli.progress import at_work, shown_progress
 from blockstat.cli.sequence import sequence
 from blockstat.cli.studies import friction_command, over_the_horizon, prove_command, report_command, tie_command
@@ -137,7 +135,7 @@ def repair_command(
 
     if context.info_name == "heal":
         typer.echo("blockstat heal is now blockstat repair, and goes with 0.3", err=True)
-    chosen = None if supports is None else supports.split(",")
+    chosen = None if supports is None else names_in(supports)
     assembly, report = repair(file, gap=GAP if gap is None else gap, supports=chosen, units=units, up=up)
     doubt(assembly, file)
     write(assembly, output, units=units, up=up)

@@ -9,7 +9,7 @@ import os
 import sys
 import traceback
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,7 +18,6 @@ import typer
 
 from blockstat.errors import InputError, InputWarning
 from blockstat.system.process import INTERRUPTED
-from blockstat.system.writing import check_writable
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -29,7 +28,9 @@ Friction = Annotated[
     float | None,
     typer.Option(help="Coefficient of friction in place of the file's; joint laws keep their own. inf for no sliding."),
 ]
-Gravity = Annotated[str | None, typer.Option(metavar="GX,GY,GZ", help="Gravity vector in m/s2 in place of the file's.")]
+Gravity = Annotated[
+    str | None, typer.Option(metavar="GX,GY,GZ", help="Gravity vector in m/s2, z up, in place of the file's.")
+]
 Tilt = Annotated[
     str | None,
     typer.Option(
@@ -43,12 +44,30 @@ Supports = Annotated[
         metavar="NAME,...", help="Names or numbers of blocks that cannot move; lowest for those at the bottom."
     ),
 ]
+
+
+def _in_small_letters(text: str | None) -> str | None:
+    """Return what is meant by a unit or an axis in capitals."""
+    return None if text is None else text.lower()
+
+
 Units = Annotated[
-    str | None, typer.Option(help="Of the coordinates in the file, converted to metres: m, dm, cm, mm, in or ft.")
+    str | None,
+    typer.Option(
+        callback=_in_small_letters,
+        help="Of the coordinates in the file, converted to metres: m, dm, cm, mm, in or ft. All other options and the "
+        "loads are in metres.",
+    ),
 ]
 Up = Annotated[
     str | None,
-    typer.Option(metavar="AXIS", help="Of the file, that points up: z, y, x, -z, -y or -x; by default z, in GLB y."),
+    typer.Option(
+        metavar="AXIS",
+        callback=_in_small_letters,
+        help="Of the file, that points up: z, y, x, -z, -y or -x; by default z, in GLB y. The blocks are turned to z "
+        "up, with y up (x, y, z) to (x, -z, y); loads, gravity, paths and ties of options and of --loads are in these "
+        "axes.",
+    ),
 ]
 Gap = Annotated[
     str | None, typer.Option(help='Largest gap of a joint: a share of the block size, or a length such as "2 mm".')
@@ -63,64 +82,12 @@ MostGigabytes = Annotated[float, typer.Option(min=0.5, help="Memory of one proce
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 
 _TOLD: dict[str, None] = {}  #: warnings about the input of the command that runs, each once
+_UP: dict[str, str] = {}  #: the axis up in the file that this command has read, by its place
 #: What typer raises for arguments that it cannot read; it exports only this child of it.
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 PRINTING = ("typer", "click", "rich")  #: packages that print on standard output
 ROUNDING = 1e-14  #: a part of gravity below this share is what rotation there and back leaves of none
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-
-
-def check_place(path: Path, *suffixes: str) -> None:
-    """Refuse a file that cannot be written; better asked before long work than after.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    *suffixes : str
-        Those that it may have, such as ".json"; any where none is given.
-
-    Raises
-    ------
-    InputError
-        For another suffix, for a directory, and for a file in a directory that does not exist or takes no file.
-    """
-    if suffixes and path.suffix.lower() not in suffixes:
-        raise InputError(f'{path}: cannot write "{path.suffix}"; it is written as: {", ".join(suffixes)}')
-    check_writable(path)
-
-
-def file_to_write(*suffixes: str) -> Callable[[Path | None], Path | None]:
-    """Return the callback of an option for a file, which refuses one that cannot be written before anything is read.
-
-    Parameters
-    ----------
-    *suffixes : str
-        As in `check_place`.
-
-    Returns
-    -------
-    callable
-        Returns the path that it is given.
-    """
-
-    def check(path: Path | None) -> Path | None:
-        if path is not None:
-            check_place(path, *suffixes)
-        return path
-
-    return check
-
-
-Film = Annotated[
-    Path | None,
-    typer.Option(
-        "--film",
-        metavar="FILE",
-        callback=file_to_write(".glb", ".png", ".svg"),
-        help="Write the motion: .glb (animation), or .png, .svg (strip).",
-    ),
-]
 
 
 def gap_of(text: str | None) -> float | str:
@@ -194,14 +161,63 @@ def load(
         Where units, friction or the axis that is up look wrong, with what to type.
     """
     from blockstat.assembly import check_supports
+    from blockstat.io.parts import odd_gravity
     from blockstat.spec.files import blaming, read
 
-    assembly = read(path, supports=None if supports is None else supports.split(","), units=units, up=up)
+    assembly = read(path, supports=None if supports is None else names_in(supports), units=units, up=up)
+    _UP["file"] = up or _own_up(path)
     if stands:
         blaming(path, lambda: check_supports(assembly))
     assembly = modified(assembly, friction=friction, gravity=None, tilt=None)
     doubt(assembly, path)
-    return modified(assembly, friction=None, gravity=gravity, tilt=tilt)
+    if gravity is not None:
+        assembly = modified(assembly, friction=None, gravity=gravity, tilt=None)
+        for text in odd_gravity(assembly):
+            warnings.warn(f"--gravity {gravity}: {text}", InputWarning, stacklevel=2)
+    return modified(assembly, friction=None, gravity=None, tilt=tilt)
+
+
+def names_in(text: str) -> list[str]:
+    """Return the names in the text of an option.
+
+    Parameters
+    ----------
+    text : str
+        Names separated by commas, perhaps with blanks around them.
+
+    Returns
+    -------
+    list of str
+        The names without the blanks.
+
+    Examples
+    --------
+    >>> names_in("footL, footR")
+    ['footL', 'footR']
+    """
+    return [name.strip() for name in text.split(",")]
+
+
+def source_of(path: Path) -> str:
+    """Return where the blocks are from, and how they were turned.
+
+    Parameters
+    ----------
+    path : Path
+        The file that `load` has read.
+
+    Returns
+    -------
+    str
+        Such as "tower.obj, turned: y up in the file, z up here".
+    """
+    up = _UP.get("file", "z")
+    return str(path) if up == "z" else f"{path}, turned: {up} up in the file, z up here"
+
+
+def _own_up(path: Path) -> str:
+    """The axis of a file that points up by its format."""
+    return "y" if path.suffix.lower() == ".glb" else "z"
 
 
 def doubt(assembly: Assembly, path: Path) -> None:
@@ -221,7 +237,7 @@ def doubt(assembly: Assembly, path: Path) -> None:
     """
     from blockstat.io.parts import doubts
 
-    for text in doubts(assembly, up="y" if path.suffix.lower() == ".glb" else "z"):
+    for text in doubts(assembly, up=_own_up(path)):
         warnings.warn(f"{path}: {text}", InputWarning, stacklevel=2)
 
 
@@ -396,7 +412,7 @@ def inputs(assembly: Assembly, *, units: str | None = None, gap: float | str | N
     -------
     dict
         "friction" (None without limit), "density" [kg/m3] (None where blocks differ), "densities" (the least and the
-        greatest), "gravity" [m/s2], "weight" of the free blocks [N], "units" of the file and "gap".
+        greatest), "gravity" [m/s2], "weight" of the free blocks [N], "units" of the file, its axis "up" and "gap".
     """
     from blockstat.contact.interfaces import GAP
     from blockstat.result import finite
@@ -410,6 +426,7 @@ def inputs(assembly: Assembly, *, units: str | None = None, gap: float | str | N
         "gravity": [float(part) for part in assembly.gravity],
         "weight": assembly.free_weight,
         "units": units or "m",
+        "up": _UP.get("file", "z"),
         "gap": GAP if gap is None else gap,
     }
 
@@ -425,7 +442,7 @@ def said(assembly: Assembly, *, units: str | None = None, gap: float | str | Non
     Returns
     -------
     str
-        Friction, density, weight, units and gap; gravity where it is not down.
+        Friction, density, weight, units and gap; gravity where it is not down; the axis up in a file that was turned.
     """
     from blockstat.result import plain
 
@@ -435,23 +452,12 @@ def said(assembly: Assembly, *, units: str | None = None, gap: float | str | Non
     laws = f" and {len(assembly.joints)} joint laws" if assembly.joints else ""
     near = found["gap"] if isinstance(found["gap"], str) else f"{found['gap']:g} of a block"
     x, y, z = assembly.gravity
+    turned = "" if found["up"] == "z" else f"turned: {found['up']} up in the file, "
     leans = f"gravity ({x:.5g}, {y:.5g}, {z:.5g}) m/s2, " if (x, y) != (0, 0) or z > 0 else ""
     return (
         f"Friction {assembly.friction:g}{laws}, density {density} kg/m3, weight {plain(found['weight'] / 1e3, 4)} kN, "
-        f"{leans}coordinates in {found['units']}, joints closed to {near}."
+        f"{leans}coordinates in {found['units']}, {turned}joints closed to {near}."
     )
-
-
-def written(files: Mapping[str, str]) -> None:
-    """Print the names of files that a command has written, one a line.
-
-    Parameters
-    ----------
-    files : mapping of str
-        By their key, as `drawn` returns them.
-    """
-    for key, path in files.items():
-        typer.echo(f"{key}: {path}")
 
 
 def print_json(value: dict[str, Any]) -> None:
@@ -603,6 +609,8 @@ def _say_usage(error: Any, prog: str) -> None:
         return
     command = error.ctx.command_path if error.ctx is not None else prog
     if text := " ".join(error.format_message().split()).rstrip("."):
+        if "valid number" in text or "valid float" in text:  # in the words of one typer or another
+            text += "; a number is written with a decimal point, such as 0.5"
         print(f"{prog}: {text}; see `{command} --help`", file=sys.stderr)
 
 
@@ -627,38 +635,4 @@ def _warnings_kept() -> Iterator[None]:
             yield
         finally:
             _TOLD.clear()
-
-
-@contextmanager
-def drawn(**wanted: tuple[Callable[[Any, Path], Any], Any, Path | None]) -> Iterator[dict[str, str]]:
-    """Write the pictures that were asked for; one that cannot be written is told when the answer has been printed.
-
-    Parameters
-    ----------
-    **wanted : (callable, object, Path or None)
-        By its key in the JSON: what writes it, what is shown, and the file.
-
-    Yields
-    ------
-    dict of str
-        The files that were written, by key.
-
-    Raises
-    ------
-    InputError
-        After the body of the `with` statement, for a file that was not written.
-    KeyboardInterrupt
-        After the body, for an interrupt while they were written.
-    """
-    files, refused = dict[str, str](), list[InputError | KeyboardInterrupt]()
-    for key, (write, shown, path) in wanted.items():
-        if path is None or any(isinstance(error, KeyboardInterrupt) for error in refused):
-            continue
-        try:
-            write(shown, path)
-            files[key] = str(path)
-        except (InputError, KeyboardInterrupt) as error:
-            refused.append(error)
-    yield files
-    for error in refused:
-        raise error
+            _UP.clear()

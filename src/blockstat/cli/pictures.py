@@ -22,11 +22,11 @@ from blockstat.cli.options import (
     Tilt,
     Units,
     Up,
-    check_place,
     gap_of,
     numbers,
 )
 from blockstat.cli.options import load as load_assembly
+from blockstat.cli.places import check_place
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:

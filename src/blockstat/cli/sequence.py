@@ -21,14 +21,12 @@ from blockstat.cli.options import (
     Supports,
     Units,
     Up,
-    check_place,
-    drawn,
     gap_of,
     load,
     numbers,
     print_json,
-    written,
 )
+from blockstat.cli.places import check_place, drawn, written
 from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from blockstat.result import listed

@@ -37,15 +37,15 @@ from blockstat.cli.options import (
     Tilt,
     Units,
     Up,
-    drawn,
-    file_to_write,
     gap_of,
     lengths,
+    names_in,
     print_json,
+    source_of,
     told,
-    written,
 )
 from blockstat.cli.options import load as load_assembly
+from blockstat.cli.places import drawn, file_to_write, written
 from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from blockstat.system.writing import written_whole
@@ -205,7 +205,7 @@ def tie_command(
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near, form = gap_of(gap), "X,Y,Z,X,Y,Z"
-    names = between.split(",")
+    names = names_in(between)
     if len(names) != 2:
         raise InputError(f'--between is "{between}"; it must read A,B')
     blocks = [int(assembly.blocks_named(name, "--between")[0]) for name in names]
@@ -349,7 +349,7 @@ def write_report(
         )
         say("verdicts and limit loads")
         found = assess_fully(
-            assembly, source=str(file), gap=near, units=units or "m", directions=directions,
+            assembly, source=source_of(file), gap=near, units=units or "m", directions=directions,
             verify=verify, cases=answers, case=chosen, code=code,
         )  # fmt: skip
         say("pictures")

@@ -5,6 +5,8 @@
      ties?: [{between: [block, block], points: [[x, y, z], [x, y, z]], least?, greatest?, strut?, name?}],
      blocks: [{name, group?, density?, vertices: [[x, y, z]], faces: [[i, j, k, ...]]}]}
 
+The density of the object counts for the blocks without one of their own.
+
 A friction without limit is the text "inf", because JSON has no number for it; the Infinity that 0.2 wrote is read, too.
 
 Other keys of the object itself are kept as metadata, but for those that are nearly one of these ("frction"), which are
@@ -25,7 +27,7 @@ import msgspec
 import numpy as np
 
 from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY, Assembly, Block
-from blockstat.errors import InputError, gathered
+from blockstat.errors import InputError, check_positive, gathered
 from blockstat.io.names import distinct_names
 from blockstat.io.parts import Parts, chosen_supports, friction_said, with_friction
 from blockstat.joint import JointLaw, Tie
@@ -112,6 +114,8 @@ def native_parts(
     """
     if not isinstance(data, dict):
         raise InputError(f'the file holds a {type(data).__name__}; an object with "blocks" is needed')
+    if "blocks" not in data and isinstance(data.get("steps"), list):
+        raise InputError("this is a plan of building; give the assembly, and --plan with it to sequence")
     if wrong := _misspelt(data):
         raise InputError(*wrong)
     data = with_friction(data)
@@ -128,8 +132,9 @@ def native_parts(
     given = [b.name for b in record.blocks]
     chosen = record.supports if supports is None else chosen_supports([], supports, given, "the file")
     names = distinct_names(given, chosen)
-    joints, ties = gathered(
+    _, joints, ties = gathered(
         (
+            partial(check_positive, "density", data.get("density", DENSITY)),  # also where each block has its own
             lambda: gathered(partial(JointLaw, **msgspec.structs.asdict(joint)) for joint in record.joints),
             lambda: gathered(partial(Tie, **msgspec.structs.asdict(tie)) for tie in record.ties),
         )
@@ -190,12 +195,13 @@ def write_json(assembly: Assembly, path: Path, *, units: str = "m") -> None:
     """
     if wrong := _misspelt(assembly.metadata):
         raise InputError(*(f"metadata: {text}" for text in wrong))
-    blocks = []
+    blocks, same = [], bool((assembly.density == assembly.density[0]).all())
     for i, name in enumerate(assembly.names):
         block: dict[str, Any] = {"name": name}
         if assembly.groups[i]:
             block["group"] = assembly.groups[i]
-        block["density"] = float(assembly.density[i])
+        if not same:
+            block["density"] = float(assembly.density[i])
         block["vertices"] = assembly.block_vertices(i).tolist()
         block["faces"] = [face.tolist() for face in assembly.faces_of(i)]
         blocks.append(block)
@@ -203,7 +209,7 @@ def write_json(assembly: Assembly, path: Path, *, units: str = "m") -> None:
         **assembly.metadata,
         "name": assembly.name,
         "units": units,
-        "density": float(assembly.density[0]),
+        **({"density": float(assembly.density[0])} if same else {}),
         "friction": friction_said(assembly.friction),
         "gravity": assembly.gravity.tolist(),
         "supports": np.flatnonzero(assembly.support).tolist(),

@@ -192,6 +192,8 @@ LONGEST = 25.0
 HEAVIEST = 6e10
 ROUGH = 3.0  #: friction above it is none of stone on stone; the tangent of 70 degrees occurs
 LIGHT = 1000.0  #: no earth, rubble or fluid that presses on masonry weighs less [N/m3]
+#: Gravity is 1 in models without units, 1.6 on the Moon, 9.8 here and some 500 in a centrifuge at 50 times that [m/s2].
+GRAVITIES = (1.0, 500.0)
 DENSITIES = (200.0, 20e3)  #: of any building material, from cork to lead twice over [kg/m3]
 
 
@@ -250,7 +252,38 @@ def doubts(assembly: Assembly, *, up: str = "z") -> list[str]:
     if (low < DENSITIES[0] or high > DENSITIES[1]) and not low == high == 1.0:  # 1 stands for no density at all
         given = f"the density is {low:g}" if low == high else f"densities go from {low:g} to {high:g}"
         found.append(f"{given} kg/m3; that of a file is in kg/m3")
-    return found + _odd_numbers(assembly) + _sideways(assembly, up)
+    return found + odd_gravity(assembly) + _odd_numbers(assembly) + _sideways(assembly, up)
+
+
+def odd_gravity(assembly: Assembly) -> list[str]:
+    """Return what looks wrong about gravity.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks, z up.
+
+    Returns
+    -------
+    list of str
+        A sentence each, where it does not pull down or is in other units than m/s2.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> cube = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))], gravity=(0, 0, 9.81))
+    >>> odd_gravity(cube)
+    ['gravity points up; down is -z, as in 0,0,-9.81']
+    >>> odd_gravity(cube.with_(gravity=(0, 0, -9810)))
+    ['gravity is 9,810 m/s2; it is in m/s2, and 9.81 on Earth']
+    """
+    size, down = float(np.linalg.norm(assembly.gravity)), -float(assembly.gravity[2])
+    found = []
+    if down <= 0:
+        found.append(f"gravity points {'up' if down < 0 else 'sideways'}; down is -z, as in 0,0,-9.81")
+    if not GRAVITIES[0] <= size <= GRAVITIES[1]:
+        found.append(f"gravity is {size:,.4g} m/s2; it is in m/s2, and 9.81 on Earth")
+    return found
 
 
 def _odd_numbers(assembly: Assembly) -> list[str]:

@@ -54,6 +54,7 @@ class LoadCase:
     beside: Floats | None = None
     placed_permanent: PlacedForces | None = None  #: the forces of `permanent` at their points; None where not known
     placed_live: PlacedForces | None = None  #: those of `live`
+    live_names: tuple[str, ...] = ()  #: the loads under `live`, those with a factor of zero, too
 
     @property
     def loads(self) -> Floats:
@@ -335,4 +336,5 @@ def _case(assembly: Assembly, name: str, table: Tables, made: Mapping[str, Place
         beside=own.beside,
         placed_permanent=joined(assembly, (stay, more)),
         placed_live=live,
+        live_names=tuple(table.get("live", {})),
     )

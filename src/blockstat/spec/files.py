@@ -218,12 +218,14 @@ def read(
         Of the coordinates in the file ("mm", "cm", "in", ...); they are converted to metres.
     up : str, optional
         The axis of the file that points up: "x", "y", "z", "-x", "-y" or "-z"; by default z, and y in GLB, as its
-        specification says. Of a GLB that was written with z up give "z".
+        specification says. Of a GLB that was written with z up give "z". With "y" a point (x, y, z) of the file becomes
+        (x, -z, y). Gravity and ties that stand in the file turn with its blocks. All that is given beside the file
+        (loads, another gravity, paths, further ties) is in the axes of the assembly, z up and in metres.
 
     Returns
     -------
     Assembly
-        In metres.
+        In metres, with z up.
 
     Raises
     ------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import types
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -43,7 +44,7 @@ def faults(kind: Any, data: Any, path: str = "") -> list[str]:
     except msgspec.ValidationError as error:
         own = [*_of_keys(kind, data, path)]
         inner = [text for part, value, place in _parts(kind, data, path) for text in faults(part, value, place)]
-        return [*own, *inner] or [_sentence(error, kind, path)]
+        return [*own, *inner] or [_sentence(error, kind, path) + _as_number(data)]
     return []
 
 
@@ -70,11 +71,21 @@ def unknown_keys(struct: type[msgspec.Struct], data: dict[str, Any], path: str =
 
 def _sentence(error: msgspec.ValidationError, kind: Any, path: str) -> str:
     message, _, where = str(error).partition(" - at `$")
+    message = re.sub(r"^Object missing required field `(.*)`$", r"\1 is missing", message)
     inner = where.rstrip("`").lstrip(".")
     if message.startswith("Invalid enum value") and (choices := _choices(kind)):
         message += f"; it must be one of: {', '.join(map(str, choices))}"
     whole = f"{path}.{inner}" if path and inner and not inner.startswith("[") else path + inner
     return f"{whole}: {message}" if whole else message
+
+
+def _as_number(data: Any) -> str:
+    """What to write in place of a text that is a number."""
+    text = data.strip() if isinstance(data, str) else ""
+    if not re.fullmatch(r"[+-]?\d+(?:[.,]\d+)?", text):
+        return ""
+    point = ", with a decimal point" if "," in text else ""
+    return f"; write {text.replace(',', '.')} without quotes{point}"
 
 
 def _of_keys(kind: Any, data: Any, path: str) -> Iterator[str]:
@@ -85,11 +96,10 @@ def _of_keys(kind: Any, data: Any, path: str) -> Iterator[str]:
         unknown = unknown_keys(struct, data, path) if struct.__struct_config__.forbid_unknown_fields else []
         yield from unknown
         # A key that is missing is often the one that is misspelt.
-        if not unknown and (
-            lacking := [f"`{name}`" for name, field in fields.items() if field.required and name not in data]
-        ):
-            message = f"Object missing required field {' and '.join(lacking)}"
-            yield f"{path}: {message}" if path else message
+        if not unknown and (lacking := [name for name, field in fields.items() if field.required and name not in data]):
+            verb = "is" if len(lacking) == 1 else "are"
+            told = f"{', '.join(lacking)} {verb} missing; keys here are: {', '.join(fields)}"
+            yield f"{path}: {told}" if path else told
     table = _alternative(kind, _is_table)
     if table is not None and isinstance(data, dict):
         for key in data:

@@ -33,14 +33,12 @@ from blockstat.cli.options import (
     Units,
     Up,
     Version,
-    drawn,
-    file_to_write,
     gap_of,
     load,
     print_json,
     run_app,
 )
-from blockstat.cli.places import keep_places
+from blockstat.cli.places import drawn, file_to_write, keep_places
 from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue

@@ -20,12 +20,12 @@ from blockstat.cli.options import (
     Tilt,
     Units,
     Up,
-    drawn,
     gap_of,
     load,
     numbers,
     print_json,
 )
+from blockstat.cli.places import drawn
 from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue

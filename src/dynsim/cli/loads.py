@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from blockstat.cli.options import AXES, lengths, numbers
+from blockstat.cli.options import AXES, lengths, names_in, numbers
 from blockstat.errors import InputError, check_count
 
 if TYPE_CHECKING:
@@ -102,12 +102,12 @@ def loads_of(
     loads: list[Load] = []
     for text in remove or ():
         names, time = _split(text, "@", "--remove", "NAME,...[@SECONDS]", 0.0, text)
-        loads.append(Removal(names.split(","), time))
+        loads.append(Removal(names_in(names), time))
     for text in settle or ():
         form = "NAME,...:DX,DY,DZ[@SPEED]"
         names, path = _named(text, "--settle", form)
         path, speed = _split(path, "@", "--settle", form, SPEED, text)
-        loads.append(Settlement(names.split(","), lengths(path, 3, "--settle", form, given=text), speed))
+        loads.append(Settlement(names_in(names), lengths(path, 3, "--settle", form, given=text), speed))
     for text in push or ():
         form = "NAME:VX,VY,VZ[@SECONDS]"
         name, velocity = _named(text, "--push", form)

@@ -16,11 +16,11 @@ from blockstat.cli.options import (
     Supports,
     Units,
     Up,
-    drawn,
     gap_of,
     load,
     print_json,
 )
+from blockstat.cli.places import drawn
 from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from blockstat.system.reading import json_of
