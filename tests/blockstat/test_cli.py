@@ -229,6 +229,10 @@ def test_the_code_check_of_a_file(tmp_path):
     found = json.loads(run(*asked, "0.3", "--json").stdout)
     assert found["outcome"] == "satisfied"
     assert found["ag_slv"] == pytest.approx(0.5 / 1.35, rel=1e-4)
+    assert (found["moving"], found["joints"]["hinges"]) == (["slab"], [["ground", "slab"]])
+    lines = run(*asked, "0.3").stdout.splitlines()
+    assert "Joints of the mechanism: 1 hinge, 0 sliding, 0 opening." in lines
+    assert "First to move: slab." in lines
     on_ridge = json.loads(run(*asked, "0.3", "--topography", "1.4", "--json").stdout)
     assert on_ridge["ag_slv"] == pytest.approx(0.5 / 1.35 / 1.4, rel=1e-4)
     assert on_ridge["outcome"] == "not_satisfied"

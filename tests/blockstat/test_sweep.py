@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from functools import partial
+from itertools import product
 from operator import itemgetter
 
 import joblib
@@ -44,6 +45,26 @@ def test_a_grid_is_every_combination_and_every_row_is_what_statics_say(tmp_path)
         assert row["volume"] == pytest.approx(assembly.volume[assembly.free].sum())
 
 
+def test_a_grid_is_a_sequence_that_can_be_gone_through_again(tmp_path):
+    designs = grid(SCENE)
+    lines = [found.steps() for found in parameters(SCENE).values()]
+    combined = [dict(zip(parameters(SCENE), values, strict=True)) for values in product(*lines)]
+    assert [*designs] == [*designs] == combined
+    assert (len(designs), designs[5], designs[-1], designs[2:4]) == (8, combined[5], combined[-1], combined[2:4])
+    with pytest.raises(IndexError):
+        designs[8]
+    assert sweep(SCENE, designs, tmp_path / "rows.jsonl", jobs=1).designs == 8
+
+
+def test_a_sweep_of_no_designs_is_refused_and_leaves_no_file(tmp_path):
+    gone = iter(grid(SCENE))
+    assert len([*gone]) == 8
+    for designs in ([], gone):
+        with pytest.raises(InputError, match="there are no designs to sweep"):
+            sweep(SCENE, designs, tmp_path / "rows.jsonl")
+    assert not (tmp_path / "rows.jsonl").exists()
+
+
 def test_a_latin_hypercube_puts_one_design_into_each_slice_of_each_range():
     designs = latin_hypercube(SCENE, 10, seed=3)
     for name, found in parameters(SCENE).items():
@@ -78,16 +99,16 @@ def test_a_file_of_another_sweep_is_refused(tmp_path):
     path = tmp_path / "rows.jsonl"
     sweep(SCENE, list(grid(SCENE))[:1], path, jobs=1)
     with pytest.raises(InputError, match="rows of another sweep"):
-        sweep(scene_from(HUT | {"length": 2.5}), [], path)
+        sweep(scene_from(HUT | {"length": 2.5}), grid(SCENE), path)
     with pytest.raises(InputError, match="row 0 is of another design"):
         sweep(SCENE, list(grid(SCENE))[1:3], path, jobs=1)
     path.write_text(path.read_text() + "{\n")
     with pytest.raises(InputError, match="a line is damaged"):
-        sweep(SCENE, [], path)
+        sweep(SCENE, grid(SCENE), path)
     for data in (b"a table\nof something else", b"begun"):
         path.write_bytes(data)
         with pytest.raises(InputError, match="a line is damaged"):
-            sweep(SCENE, [], path)
+            sweep(SCENE, grid(SCENE), path)
         assert path.read_bytes() == data
     with pytest.raises(InputError, match=r'no parameter "roof"; parameters are: wall\.thickness, vault\.thickness'):
         list(grid(SCENE, ["roof"]))

@@ -54,7 +54,7 @@ def test_the_worst_place_is_told_with_its_bracket():
 def test_a_train_that_is_carried_everywhere_has_no_worst_place_to_tell():
     found = moving_load(overhang(), WHEEL, along(0.5, 1.5), positions=1, joints=False)
     assert found.explain().splitlines()[:2] == [
-        "Unbounded: any multiple of the train is carried at every place.",
+        "Unbounded: any multiple of the train is carried wherever an axle stands.",
         "1 places, 1 solved.",
     ]
     assert found.summary()["upper"] == [None]
@@ -68,6 +68,26 @@ def test_where_the_path_crosses_a_gap_nothing_is_loaded_and_nothing_is_solved():
     assert found.lower[0] == inf
     assert found.upper[0] == inf
     assert found.solves == 0
+
+
+def test_places_where_no_axle_stands_on_a_block_are_told():
+    """Of 5 even places on 5 m of path, 1.25 m apart, two lie on a slab: of .5 m, and of .5 m at the other end."""
+    scene = assembly([box((-1, -1, -1), (9, 2, 0)), box((0, 0, 0), (0.5, 1, 0.5)), box((4.5, 0, 0), (5, 1, 0.5))])
+    found = moving_load(scene, WHEEL, along(0, 5), positions=5, joints=False)
+    says = "at 3 of 5 places no axle stands on a block, so nothing is loaded there"
+    assert says in found.warnings
+    assert f"Warning: {says}" in found.explain()
+    assert not any("no axle" in text for text in moving_load(overhang(), WHEEL, along(0, 3), positions=7).warnings)
+
+
+def test_axles_further_apart_than_the_path_is_long_are_told():
+    """An axle 1,200 m behind, meant in millimetres: of 40 places over 1,203 m only the first and the last load."""
+    far = moving_load(overhang(), [(0, 1.0), (1200, 1.0)], along(0, 3), positions=40, joints=False)
+    assert any(text.startswith("at 38 of 40 places no axle stands on a block") for text in far.warnings)
+    assert any("are 1200 m apart, and the path is 3 m long" in text for text in far.warnings)
+    for train in ([(0, 1.0), (1.5, 1.0), (3.5, 1.0)], [(0, 1.0), (3.0, 1.0)]):  # longer than the path; just as long
+        near = moving_load(overhang(), train, along(0, 3), positions=4)
+        assert not any("apart" in text or "no axle" in text for text in near.warnings)
 
 
 def test_axles_on_fill_press_on_the_part_of_their_rectangle_that_has_a_face():

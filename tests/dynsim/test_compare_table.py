@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from blockstat import InputError
-from dynsim import Comparison, Comparisons, compare
+from dynsim import Comparison, Comparisons, compare, verify_many
 from dynsim.cli.rows import print_comparisons
 from evidence.scenes.small import arch, assembly, box, stack
 
@@ -22,6 +22,15 @@ def jammed():
 def table():
     made = [stack(2, name="stack"), arch(9, 0.07, name="thin"), jammed(), stack(0, name="ground")]
     return compare(made, jobs=2)
+
+
+@pytest.mark.parametrize("judge", [compare, verify_many])
+def test_no_assemblies_are_refused(judge):
+    gone = iter([stack(2)])
+    assert len([*gone]) == 1
+    for none in ([], gone):
+        with pytest.raises(InputError, match="there are no assemblies"):
+            judge(none)
 
 
 def test_rows_come_in_order_with_three_verdicts(table):

@@ -57,6 +57,22 @@ def test_a_wall_by_its_curve(wall):
     assert life.ag == pytest.approx(0.162041, abs=2e-6)
 
 
+def test_a_check_says_which_mechanism_it_verified(wall):
+    """The wall turns about its foot, as the limit load says."""
+    courses = [box((0, 0, k), (0.5, 3, k + 1), name=f"course {k}") for k in range(2)]
+    other = Assembly.from_blocks([box((-1, -1, -1), (2, 4, 0), name="ground"), *courses], supports=["ground"])
+    limit = limit_load(other, (1, 0, 0))
+    found = linear_check(limit, (1, 0, 0))
+    assert {"First to move: course 1, course 0.", "Joints of the mechanism: 1 hinge, 0 sliding, 0 opening."} <= set(
+        found.explain().splitlines()
+    )
+    assert found.summary()["moving"] == ["course 1", "course 0"]
+    assert found.summary()["joints"] == {"hinges": [("ground", "course 0")], "sliding": [], "opening": []}
+    curved = nonlinear_check(wall, (1, 0, 0))
+    assert f"First to move: {', '.join(curved.summary()['moving'])}." in curved.explain().splitlines()
+    assert sorted(curved.summary()["moving"]) == [name for name in wall.assembly.names if name != "ground"]
+
+
 def test_a_wall_is_a_rocking_block(wall):
     rocking = nonlinear_check(wall, (1, 0, 0)).rocking
     radius = np.hypot(0.25, 2.0)

@@ -20,7 +20,7 @@ from blockstat.analysis.decision import Bound, decide, narrowed, outcome_of, pro
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed, with_joints
 from blockstat.analysis.reserve import limit_warning
 from blockstat.analysis.rims import gap_warnings, judged_with_rims, overlap_warnings, rim_warnings
-from blockstat.analysis.verdict import Outcome, fastest_first, first_words, joint_counts, moving_joints, unit_motion
+from blockstat.analysis.verdict import Outcome, fastest_first, mechanism_words, moving_joints, unit_motion
 from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, in_units, is_closed, without_rounding
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, known_options
@@ -155,8 +155,7 @@ class LimitLoad(Result):
         elif self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED, LoadOutcome.UNBOUNDED):
             lines.append(DILATES)
         if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED):
-            lines.append(f"Joints of the mechanism: {', '.join(joint_counts(self.joints()))}.")
-            lines += [first_words(self.assembly, self.moving)] if len(self.moving) else []
+            lines += mechanism_words(self.assembly, self.joints(), self.moving)
         if words := self.interfaces.contact_words:
             lines.append(f"Contacts: {words}.")
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])

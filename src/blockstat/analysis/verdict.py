@@ -352,6 +352,27 @@ def first_words(assembly: Assembly, moving: Ints, *, limit: int = 5) -> str:
     return f"First to move: {listed([assembly.names[i] for i in moving], limit)}."
 
 
+def mechanism_words(assembly: Assembly, joints: dict[str, list[tuple[str, str]]], moving: Ints) -> list[str]:
+    """Tell the joints and the blocks that move in a mechanism.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    joints : dict of str to list of tuple of str
+        What `moving_joints` returns.
+    moving : array of int
+        What `fastest_first` returns.
+
+    Returns
+    -------
+    list of str
+        One sentence a line.
+    """
+    lines = [f"Joints of the mechanism: {', '.join(joint_counts(joints))}."]
+    return [*lines, first_words(assembly, moving)] if len(moving) else lines
+
+
 def moving_joints(
     assembly: Assembly, interfaces: Interfaces, mechanism: Floats, tolerance: float
 ) -> dict[str, list[tuple[str, str]]]:

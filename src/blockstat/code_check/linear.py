@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
-from blockstat.analysis.verdict import relative_motion
+from blockstat.analysis.verdict import mechanism_words, relative_motion
 from blockstat.code_check.macro_blocks import is_mixture
 from blockstat.code_check.pushed import G, check_pushed, gravity_of, mass_points
 from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of, table_ends
@@ -78,6 +78,7 @@ class LinearCheck(Result):
     bodies: tuple[tuple[int, ...], ...]  #: blocks that move as one, for each body of the mechanism
     multiplier: str  #: which multiplier alpha0 is, in words
     ground: str  #: the site or the spectrum, in words
+    limit: LimitLoad  #: whose mechanism is verified
     warnings: tuple[str, ...] = ()
 
     @property
@@ -100,6 +101,7 @@ class LinearCheck(Result):
                 f"alpha0 = {self.alpha0:.6g}, {count(self.bodies)}, e* = {self.participation:.6g}, "
                 f"M* = {self.mass:.6g} kg (C8.7.1.5).",
                 f"alpha0 is {self.multiplier}.",
+                *mechanism_words(self.limit.assembly, self.limit.joints(), self.limit.moving),
                 f"a0* = alpha0 g / (e* FC) = {self.acceleration:.6g} m/s2, FC = {self.confidence:g} (C8.7.1.3).",
                 f"Activated at ag = {self.ag_damage:.6g} g (SLD), on {self.ground}.",
                 f"With q = {self.behaviour:g}: ag = {self.ag_life:.6g} g (SLV){asked}.",
@@ -131,6 +133,7 @@ class LinearCheck(Result):
             "ag_slv": self.ag_life,
             "demand": self.demand,
             "bodies": len(self.bodies),
+            **mechanism_summary(self.limit),
             "warnings": list(self.warnings),
         }
 
@@ -262,6 +265,7 @@ def linear_check(
         bodies=tuple(tuple(int(block) for block in body) for body in bodies),
         multiplier=multiplier,
         ground=ground.words,
+        limit=limit,
         warnings=tuple(dict.fromkeys([*limit.warnings, *warnings, *high, *idle, *unit])),
     )
 
@@ -303,6 +307,22 @@ def answer(borne: Sequence[bool | None]) -> CheckOutcome:
     if False in borne:
         return CheckOutcome.NOT_SATISFIED
     return CheckOutcome.NOT_VERIFIED if None in borne else CheckOutcome.SATISFIED
+
+
+def mechanism_summary(limit: LimitLoad) -> dict[str, Any]:
+    """Return which mechanism is verified, under the names that a limit load has for it.
+
+    Parameters
+    ----------
+    limit : LimitLoad
+        With the mechanism.
+
+    Returns
+    -------
+    dict
+        The joints that move, by kind, and the names of the blocks that do, fastest first.
+    """
+    return {"joints": limit.joints(), "moving": [limit.assembly.names[block] for block in limit.moving]}
 
 
 def count(bodies: Sequence[Any]) -> str:

@@ -19,6 +19,8 @@ from typing import Any
 
 import numpy as np
 
+from blockstat.analysis.limit_load import LimitLoad
+from blockstat.analysis.verdict import mechanism_words
 from blockstat.code_check.linear import (
     MACRO_BLOCKS,
     CheckOutcome,
@@ -32,6 +34,7 @@ from blockstat.code_check.linear import (
     count,
     high_up,
     is_borne,
+    mechanism_summary,
     moving_bodies,
     oscillator,
     work_sums,
@@ -93,6 +96,7 @@ class NonlinearCheck(Result):
     states: tuple[LimitState, ...]  #: SLD, SLV, SLC
     bodies: tuple[tuple[int, ...], ...]  #: blocks that move as one, for each body of the mechanism
     rocking: RockingBlock | None  #: where there is one body
+    limit: LimitLoad  #: of the curve at rest, with the mechanism that is verified
     warnings: tuple[str, ...] = ()
 
     @property
@@ -142,6 +146,7 @@ class NonlinearCheck(Result):
             f"M* = {self.mass:.6g} kg (C8.7.1.5).",
             f"a0 = alpha0 g / (e* FC) = {self.acceleration:.6g} m/s2, FC = {self.confidence:g} (C8.7.1.3).",
             f"d0 = {self.ultimate:.6g} m (C8.7.1.4); multipliers of the {self.shape}.",
+            *mechanism_words(self.limit.assembly, self.limit.joints(), self.limit.moving),
         ]
         for state in self.states:
             where = (
@@ -190,6 +195,7 @@ class NonlinearCheck(Result):
                 for state in self.states
             },
             "bodies": len(self.bodies),
+            **mechanism_summary(self.limit),
             "housner": None
             if self.rocking is None
             else {"R": self.rocking.radius, "alpha": self.rocking.slenderness, "p": self.rocking.frequency},
@@ -337,6 +343,7 @@ def nonlinear_check(
         shape=shape,
         states=tuple(states),
         bodies=tuple(tuple(int(block) for block in body) for body in bodies),
+        limit=limit,
         rocking=rocking_block(curve.assembly, limit.mechanism, bodies, masses),
         warnings=tuple(dict.fromkeys(warnings)),
     )

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import islice, product
-from math import isfinite
+from itertools import chain, islice
+from math import isfinite, prod
 from pathlib import Path
 from time import process_time
-from typing import Any
+from typing import Any, overload
 
 import msgspec
 
@@ -105,8 +105,37 @@ class SweepResult(Result):
         return sorted(_rows_of(self.path, self.designs), key=lambda row: row["design"])
 
 
-def grid(scene: Scene, names: Sequence[str] | None = None) -> Iterator[dict[str, float]]:
-    """Go through every combination of the steps of a scene's ranges, or of some of them.
+class Grid(Sequence[dict[str, float]]):
+    """Every combination of the values of some parameters, each made when it is asked for.
+
+    Parameters
+    ----------
+    lines : mapping of str to sequence of float
+        Values of each parameter; those of the last change fastest.
+    """
+
+    def __init__(self, lines: Mapping[str, Sequence[float]]) -> None:
+        self._lines = {name: tuple(values) for name, values in lines.items()}
+
+    def __len__(self) -> int:
+        return prod(len(values) for values in self._lines.values())
+
+    @overload
+    def __getitem__(self, place: int) -> dict[str, float]: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[dict[str, float]]: ...
+    def __getitem__(self, place: int | slice) -> dict[str, float] | list[dict[str, float]]:
+        if isinstance(place, slice):
+            return [self[k] for k in range(*place.indices(len(self)))]
+        left, design = range(len(self))[place], {}
+        for name, values in reversed(self._lines.items()):
+            left, own = divmod(left, len(values))
+            design[name] = values[own]
+        return {name: design[name] for name in self._lines}
+
+
+def grid(scene: Scene, names: Sequence[str] | None = None) -> Grid:
+    """Return every combination of the steps of a scene's ranges, or of some of them.
 
     Parameters
     ----------
@@ -115,10 +144,11 @@ def grid(scene: Scene, names: Sequence[str] | None = None) -> Iterator[dict[str,
     names : sequence of str, optional
         The parameters to move; by default all.
 
-    Yields
-    ------
-    dict of str to float
-        Parameter values of one design.
+    Returns
+    -------
+    Grid
+        A sequence of designs, each a dict of parameter values. A design is made when it is asked for, so a million take
+        no memory.
 
     Raises
     ------
@@ -133,9 +163,7 @@ def grid(scene: Scene, names: Sequence[str] | None = None) -> Iterator[dict[str,
     >>> list(grid(scene_from(hut)))
     [{'wall.thickness': 0.6}, {'wall.thickness': 0.2}]
     """
-    ranges = _ranges(scene, names)
-    for values in product(*(found.steps() for found in ranges.values())):
-        yield dict(zip(ranges, values, strict=True))
+    return Grid({name: found.steps() for name, found in _ranges(scene, names).items()})
 
 
 def latin_hypercube(
@@ -267,7 +295,8 @@ def sweep(
     ------
     InputError
         For a file of another sweep, or of other designs, one that cannot be written, a measure without a name, a
-        design with an unknown parameter or a value that is no number, and for `jobs` or `batch` below 1.
+        design with an unknown parameter or a value that is no number, for no designs at all, and for `jobs` or `batch`
+        below 1.
 
     Notes
     -----
@@ -304,13 +333,16 @@ def _swept(
     """Append the rows that are missing to the file."""
     head = {"scene": scene.name, "digest": digest(scene, _name_of(measure))}
     names = parameters(scene)
+    designs = iter(designs)
+    if (first := next(designs, None)) is None:
+        raise InputError("there are no designs to sweep; an iterator that was gone through before has none left")
     done = _opened(path, head, list(names))
     data = msgspec.to_builtins(scene)
     counted = 0
 
     def missing() -> Iterator[tuple[int, dict[str, float]]]:
         nonlocal counted
-        for number, values in enumerate(designs):
+        for number, values in enumerate(chain([first], designs)):
             counted = number + 1
             for name in values:
                 if name not in names:

@@ -26,7 +26,14 @@ from blockstat.loading.on_faces import facing
 from blockstat.loads import numbers
 from blockstat.result import Result, Sentence, finite
 from blockstat.traffic.place_brackets import FINER, PlaceBrackets
-from blockstat.traffic.places import checked_train, places_of, road_along, train_loads, with_other_lane
+from blockstat.traffic.places import (
+    checked_train,
+    places_of,
+    road_along,
+    train_loads,
+    unloaded_warnings,
+    with_other_lane,
+)
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -39,7 +46,7 @@ class MovingOutcome(Sentence):
     """The answers of `moving_load`; the value of each is the sentence that a user reads."""
 
     LIMIT = "Limit: at its worst place the train is carried up to the lower bound, and not beyond the upper one."
-    UNBOUNDED = "Unbounded: any multiple of the train is carried at every place."
+    UNBOUNDED = "Unbounded: any multiple of the train is carried wherever an axle stands."
     UNDECIDED = "Undecided: at a place that may be the worst, no bracket as narrow as the tolerance could be proven."
 
 
@@ -131,11 +138,13 @@ def moving_load(
     assembly : Assembly
         The blocks; they must stand without the train.
     axles : sequence of (distance, force)
-        Distance behind the first axle [m] and force downwards [N] of each.
+        Distance behind the first axle [m] and force downwards [N] of each. Of a train that is not symmetric this is one
+        of its two ways: reverse the path for the other.
     path : sequence of points, shape (n, 3)
         Corners of the path [m]; without a spread their heights do not count, and lengths along it are in plan.
     positions : int, optional
         Places of the first axle, even from where it enters the path to where the last axle leaves it.
+        A place where no axle stands on a block counts as carried, and how many there are is a warning.
     joints : bool, optional
         Further places where an axle passes from a block to the next, or enters or leaves the path, on both sides. The
         worst of all places is among them. Without a spread only. With joints=False these places are left out, and an
@@ -202,6 +211,7 @@ def moving_load(
     wrenches = train_loads(road, train, place, which, spread=spread, footprint=footprint)
     if spread is None:
         place, side, wrenches = with_other_lane(road, train, place, side, joint, wrenches)
+    problem = replace(problem, warnings=(*problem.warnings, *unloaded_warnings(road, train, wrenches)))
     given: dict[str, Any] = {"loads": loads, "gap": gap, "interfaces": shared}
     judge = partial(limit_load, problem.assembly, **given, solver=solver, tolerance=FINER * tolerance)
     stand = partial(standing, problem.assembly, **options | {"friction": None, "gravity": None}, solver=solver)

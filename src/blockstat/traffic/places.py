@@ -251,6 +251,33 @@ def with_other_lane(
     return place[order], side[order], np.concatenate([wrenches, right[differs]])[order]
 
 
+def unloaded_warnings(road: Road, axles: Floats, wrenches: Floats) -> list[str]:
+    """Return what is to be told of places where a train presses on nothing.
+
+    Parameters
+    ----------
+    road, axles
+        As in `train_loads`.
+    wrenches
+        Of the train at each place, shape (n, n_blocks, 6).
+
+    Returns
+    -------
+    list of str
+        How many such places there are, and axles that are further apart than the path is long; empty for none.
+    """
+    told, length = [], float(road.length[-1])
+    if (none := np.count_nonzero(~wrenches.any(axis=(1, 2)))) > 0:
+        told.append(f"at {none} of {len(wrenches)} places no axle stands on a block, so nothing is loaded there")
+    widest = float(np.diff(np.sort(axles[:, 0])).max(initial=0.0))
+    if widest > length + road.room:
+        told.append(
+            f"two axles that follow each other are {widest:g} m apart, and the path is {length:g} m long: they are "
+            "never on it together; distances are in metres behind the first axle"
+        )
+    return told
+
+
 def checked_train(axles: Sequence[Sequence[float]]) -> Floats:
     """Return the axles of a train.
 

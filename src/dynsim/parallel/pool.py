@@ -131,10 +131,12 @@ def listed(designs: Assembly | Iterable[Assembly]) -> list[Assembly]:
     Raises
     ------
     InputError
-        For anything else.
+        For anything else, and for none at all.
     """
     several = isinstance(designs, Iterable) and not isinstance(designs, str)
     found: list[Any] = list(cast(Iterable[Any], designs)) if several else [designs]
+    if not found:
+        raise InputError("there are no assemblies; an iterator that was gone through before has none left")
     for number, design in enumerate(found):
         check_assembly(f"assembly {number}" if several else "assembly", design)
     return found
