@@ -93,8 +93,11 @@ def public() -> dict[str, list[str]]:
     seen: set[int] = set()
     for package in PACKAGES:
         module = __import__(package)
-        for name in sorted(module.__all__):
-            thing, label = getattr(module, name), f"{package}.{name}"
+        things = {name: getattr(module, name) for name in sorted(module.__all__)}
+        for name in sorted(
+            things, key=lambda name, things=things: len(getattr(things[name], "__mro__", ()))
+        ):  # bases come first
+            thing, label = things[name], f"{package}.{name}"
             if inspect.isclass(thing):
                 found["classes"].append(label)
                 _judge(found, label, thing, asks=False)

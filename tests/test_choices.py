@@ -223,6 +223,7 @@ RESULTS = (
     "NonlinearCheck",
     "PathEvent",
     "Reliability",
+    "Removal",
     "Run",
     "Verdict",
 )

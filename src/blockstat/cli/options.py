@@ -55,8 +55,8 @@ Units = Annotated[
     str | None,
     typer.Option(
         callback=_in_small_letters,
-        help="Of the coordinates in the file, converted to metres: m, dm, cm, mm, in or ft. All other options and the "
-        "loads are in metres.",
+        help="Of the coordinates in the file, converted to metres: m, dm, cm, mm, in or ft. Lengths in loads and in "
+        "other options are in metres.",
     ),
 ]
 Up = Annotated[
