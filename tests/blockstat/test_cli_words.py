@@ -75,7 +75,8 @@ def places(tmp_path):
         ("reliability {post}", "post.json: nothing is uncertain; write [uncertain] in the scene, or give --uncertain"),
         ("reliability {post} --uncertain friction=uniform,0.4,0.6 --first-order", "--first-order asks when a load is"),
         ("settle {post} --move ground:0,0,-0.01 --move ground:0.01,0,0 -o {out}", "--move names a part twice; give"),
-        ("example chapel -o {folder}/gone/chapel.toml", "chapel.toml: no such directory: "),
+        ("example chapel -o {folder}/gone/on/chapel.toml", "chapel.toml: no such directory: "),
+        ("check {folder}/examples/bridge.toml", "no such file; blockstat example bridge -o"),
         ("sequence {post} --courses --flow coulomb", '--courses has flow "associated" alone, not "coulomb"'),
         ("sequence gone.json --courses --reserve --tilt", "--seconds, --journal, not --reserve, --tilt\n"),
         ("sequence {post} --held-at-most 1 --page", "--insertion, --journal, not --page\n"),
@@ -590,6 +591,12 @@ def test_an_interrupt_in_the_search_of_the_least_friction_leaves_the_steps(run, 
     assert "the least friction at which every step stands was not found" in err
     told = json.loads(out)
     assert (told["verdict"], told["missing"], told["least_friction"], len(told["steps"])) == ("stable", 0, None, 3)
+
+
+def test_an_example_goes_into_a_folder_that_is_made(run, places):
+    place = places["folder"] / "examples" / "tower.toml"
+    assert run(*f"example tower -o {place}".split())[:2] == (0, f"{place}\n")
+    assert place.is_file()
 
 
 @pytest.mark.parametrize("as_json", [False, True])

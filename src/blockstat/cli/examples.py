@@ -35,7 +35,7 @@ def example_command(
     target = output or Path(f"{name}.toml")
     if target.suffix.lower() != ".toml":
         raise InputError(f'{target}: cannot write "{target.suffix}"; it is written as: .toml')
-    if not target.parent.is_dir():
+    if not target.parent.parent.is_dir():
         raise InputError(f"{target}: no such directory: {target.parent}")
     text = text_of(places[name])
     named = re.findall(r'^file *= *"([^"/]+)"', text, re.MULTILINE)
@@ -43,6 +43,7 @@ def example_command(
     for _, place in copies:
         if place.exists():
             raise InputError(f"{place}: exists; give another place by -o")
+    target.parent.mkdir(exist_ok=True)
     for source, place in copies:
         with written_whole(place) as beside:
             beside.write_bytes(source.read_bytes())

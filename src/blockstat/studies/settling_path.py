@@ -132,7 +132,8 @@ class SettlementPath(Result):
         lines += [f"{event.kind.capitalize()} at {1e3 * event.parameter:.6g} mm." for event in self.events]
         cracks = self.cracks()
         if cracks:
-            lines.append(f"Joints that are open at the end: {len(cracks)}. The widest are:")
+            end = f"{1e3 * self.displacement[-1]:.6g} mm"
+            lines.append(f"Joints that are open at the end, after {end}: {len(cracks)}. The widest are:")
             lines += [f"  {a} and {b}: {plain(1e3 * width)} mm" for (a, b), width in cracks[:limit]]
         return "\n".join([*lines, *warnings])
 

@@ -33,7 +33,9 @@ def check_file(path: Path) -> None:
     try:
         found = path.stat()
     except (OSError, ValueError):
-        raise InputError(f"{path}: no such file") from None
+        own = path.parent.name == "examples" and path.suffix == ".toml"
+        how = f"; blockstat example {path.stem} -o {path} writes it, if it comes with blockstat" if own else ""
+        raise InputError(f"{path}: no such file{how}") from None
     if not stat.S_ISREG(found.st_mode):
         raise InputError(f"{path}: is no file but a {'directory' if path.is_dir() else 'pipe or a device'}")
     if found.st_size > MOST_BYTES:

@@ -230,7 +230,8 @@ def plot_reserve_map(found: ReserveMap, what: str, place: Place, **options: Any)
             axes.scatter(across, up, s=3.0 + 60.0 * value[order] / top, c=bar.to_rgba(value[order]), zorder=5)
         else:
             draw_joints(axes, faces, view, order, bar.to_rgba(value[order]))
-        axes.figure.colorbar(bar, ax=axes, shrink=0.6, label=label, format=lambda x, _: f"{x:.2g}")
+        if len(order):
+            axes.figure.colorbar(bar, ax=axes, shrink=0.6, label=label, format=lambda x, _: f"{x:.2g}")
 
     said = "what the limit {} hangs on" if len(order) else "the limit {} hangs on no " + what
     title = f"{found.limit.assembly.name}: {said.format(f'{found.value:.4g}')}"
