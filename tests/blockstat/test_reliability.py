@@ -663,12 +663,22 @@ def test_what_changes_nothing_has_no_design_point():
 
 
 def test_where_any_multiple_of_the_load_is_carried_the_push_alone_has_a_derivative():
-    """Weight on weight is carried any number of times."""
+    """A block between two walls may be pushed to either with any force."""
+    walls = [box((x, -1, 0), (x + 1, 1, 1), name=f"wall{x}") for x in (-2, 1)]
+    blocks = [box((-3, -3, -1), (3, 3, 0), name="ground"), *walls, box((-1, -1, 0), (1, 1, 1), name="block")]
+    scene = Assembly.from_blocks(blocks, supports=["ground", "wall-2", "wall1"])
+    population = Population(scene, find_interfaces(scene), None, both_normal((0.6, 0.1), (0.3, 0.15)))
+    value, slope = limit_state(population, (1, 0, 0), np.zeros(2))
+    assert value == pytest.approx(MANY - 0.3, rel=1e-12)
+    assert slope == pytest.approx([0.0, -0.15])
+
+
+def test_weight_is_carried_any_number_of_times_and_lifted_once():
     scene = FLAT.with_(gravity=np.array([0.0, 0.0, -1.0]))
     population = Population(scene, find_interfaces(scene), None, both_normal((0.6, 0.1), (0.3, 0.15)))
     value, slope = limit_state(population, (0, 0, -1), np.zeros(2))
-    assert value == pytest.approx(MANY - 0.3, rel=1e-12)
-    assert slope == pytest.approx([0.0, -0.15])
+    assert value == pytest.approx(1.3, rel=1e-6)
+    assert slope == pytest.approx([0.0, 0.15], abs=1e-6)
 
 
 def test_a_load_that_holds_what_falls_without_it_has_a_limit_state():
@@ -724,6 +734,34 @@ def test_a_push_that_is_too_weak_to_hold_a_slab_has_a_design_point(push, beta):
     scene, load = tilted(-0.3)
     found = first_order(scene.with_(friction=0.2), {"push": Random("normal", push, 0.05)}, load)
     assert found.beta == pytest.approx(beta, rel=1e-5)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("mean", "deviation"), [(0.05, 0.1), (0.0, 0.1), (-0.01, 0.1), (-0.05, 0.25), (-0.2, 0.13)])
+def test_the_design_point_is_at_the_nearer_end_of_what_is_carried(side, mean, deviation):
+    """A slab of friction .5 on ground tilted by .3 stands under pushes from -.8 to .2, or from -.2 to .8, times 1 m/s2.
+
+    They are in units of gravity, which is the root of 1 + .09 here.
+    """
+    push = {"push": Random("normal", side * mean, deviation)}
+    found = first_order(tilted_slab(side * 0.3, 0.5), push, (1, 0, 0))
+    assert found.beta == pytest.approx((0.2 / np.hypot(1.0, 0.3) - mean) / deviation, rel=1e-6)
+
+
+@pytest.mark.parametrize(("mean", "deviation"), [(0.3, 0.15), (0.8, 0.15), (2.0, 0.5), (3.0, 1.0)])
+def test_a_weight_that_holds_a_slab_holds_it_the_better_the_more_it_is(mean, deviation):
+    """On ground tilted by .9 at friction .6 half of its own weight must be added, and any more may be."""
+    slab = tilted_slab(0.9, 0.6)
+    weight = np.array([np.zeros(6), [0, 0, -slab.mass[1], 0, 0, 0]])
+    found = first_order(slab, {"push": Random("normal", mean, deviation)}, weight)
+    assert found.beta == pytest.approx((mean - 0.5) / deviation, rel=1e-6)
+
+
+def tilted_slab(tilt, friction):
+    """A slab of unit gravity downwards and a tilt along x."""
+    blocks = [box((-3, -3, -1), (3, 3, 0), name="ground"), box((-1, -1, 0), (1, 1, 0.2), name="slab")]
+    scene = Assembly.from_blocks(blocks, supports=["ground"], friction=friction)
+    return scene.with_(gravity=np.array([tilt, 0.0, -1.0]))
 
 
 def test_a_step_to_where_nothing_is_carried_is_shortened():

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 from functools import partial
-from itertools import product
+from itertools import islice, product
 from operator import itemgetter
 
 import joblib
@@ -43,6 +43,13 @@ def test_a_grid_is_every_combination_and_every_row_is_what_statics_say(tmp_path)
         assert {name: row[name] for name in values} == values
         assert row["static"] == assess(assembly).outcome.word
         assert row["volume"] == pytest.approx(assembly.volume[assembly.free].sum())
+
+
+def test_the_first_designs_of_more_than_a_length_can_count_are_given():
+    height = {"value": 3, "min": 2, "max": 3, "step": 0.01}
+    piers = {f"p{k}": {"kind": "pier", "size": [1, 1], "courses": 2, "height": height} for k in range(10)}
+    designs = [*islice(grid(scene_from({"name": "piers", "elements": piers})), 2)]
+    assert [design["elements.p9.height"] for design in designs] == pytest.approx([3.0, 2.99])
 
 
 def test_a_grid_is_a_sequence_that_can_be_gone_through_again(tmp_path):

@@ -281,6 +281,17 @@ def test_a_curve_on_which_the_masses_come_back_is_taken_up_to_there():
     )
     cut = nonlinear_check(replace(curve, points=curve.points[: turn + 1]), (-1, 0, 0))
     assert found.ultimate == cut.ultimate
+    # The same building, with most of the lintel's weight as a load that has mass, at its centroid.
+    own = scene.names.index("lintel")
+    light = scene.with_(density=np.where(np.arange(scene.n_blocks) == own, 0.1, 1.0) * scene.density)
+    points, more = light.centroid.tolist(), 0.9 * scene.mass[own] * 9.81
+    push = [(name, points[k], (-9.81 * light.mass[k], 0, 0)) for k, name in enumerate(light.names) if k in light.free]
+    push.append(("lintel", points[own], (-more, 0, 0)))
+    again = capacity(light, push, loads=[("lintel", points[own], (0, 0, -more))], control="b")
+    dead = np.zeros((light.n_blocks, 6))
+    dead[own, 2] = -more
+    same = nonlinear_check(again, (-1, 0, 0), masses=[("lintel", points[own], more)], loads=dead)
+    assert same.ultimate == pytest.approx(found.ultimate, rel=1e-3)
 
 
 def test_a_curve_whose_control_goes_back_is_taken_up_to_there(wall):

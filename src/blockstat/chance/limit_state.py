@@ -61,14 +61,13 @@ def limit_state(population: Population, load: Any, normal: Floats) -> tuple[floa
         raise InputError(f'uncertain "edge" beside {beside} has no derivative to first order; leave one out, or draw')
     draw = population.realise(normal)
     direction = numbers(load)
-    sign = 1.0 if draw.push >= 0 else -1.0
-    found = _limit(population, draw, sign * direction, 0.0)
-    if found.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
-        inside = _carried_multiple(population, draw, direction)
-        if inside is None:
-            return -np.inf, np.zeros(population.size)
-        sign = 1.0 if draw.push >= inside else -1.0
-        found = _limit(population, draw, sign * direction, sign * inside)
+    ends = _ends(population, draw, direction)
+    if ends is None:
+        return -np.inf, np.zeros(population.size)
+    least, most, _ = ends
+    nearer = most - draw.push <= draw.push - least if np.isfinite([least, most]).any() else draw.push >= 0
+    sign = 1.0 if nearer else -1.0
+    found = _limit(population, draw, sign * direction, sign * _between(*ends))
     value = min(found.lower, MANY) - sign * draw.push
     if found.outcome is LoadOutcome.LIMIT:
         corners = "corner" in population.uncertain
@@ -89,10 +88,11 @@ def _limit(population: Population, draw: Draw, load: Floats, inside: float) -> L
     return replace(found, lower=found.lower + inside, upper=found.upper + inside)
 
 
-def _carried_multiple(population: Population, draw: Draw, load: Floats) -> float | None:
-    """The middle of the multiples of a load that are carried; one weight from the end where there is but one.
+def _ends(population: Population, draw: Draw, load: Floats) -> tuple[float, float, float] | None:
+    """The least and the greatest multiple of a load that is carried, and the one that is as strong as the weight.
 
-    Nothing is proven here: `limit_load` from that multiple finds out whether it is carried.
+    An end is infinite where there is none; None where no multiple is carried. Nothing is proven here: `limit_load` from
+    a multiple between them finds out whether it is carried.
     """
     options: dict[str, Any] = {"friction": None, "gravity": None, "gap": population.gap}
     problem = pose(draw.assembly, loads=draw.loads, interfaces=draw.interfaces, **options)
@@ -105,10 +105,15 @@ def _carried_multiple(population: Population, draw: Draw, load: Floats) -> float
         answer = solve(conic_program(program, -program.load, pinned=sign * scaled))
         if answer.status is Status.DUAL_INFEASIBLE:
             return None
-        ends.append(sign * np.inf if answer.status is Status.PRIMAL_INFEASIBLE else sign * answer.multiplier)
+        ends.append(sign * np.inf if answer.status is Status.PRIMAL_INFEASIBLE else sign * answer.multiplier / unit)
     least, most = ends
-    if not least <= most or np.isinf([least, most]).all():
-        return None
+    return (float(least), float(most), 1.0 / unit) if least <= most else None
+
+
+def _between(least: float, most: float, weight: float) -> float:
+    """A multiple between two ends: none of the load where that is between, else in the middle or one weight inside."""
+    if least <= 0 <= most:
+        return 0.0
     if np.isinf(most):
-        return float(least + 1.0) / unit
-    return float(most - 1.0 if np.isinf(least) else (least + most) / 2) / unit
+        return least + weight
+    return most - weight if np.isinf(least) else (least + most) / 2

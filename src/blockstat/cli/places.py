@@ -177,6 +177,8 @@ def refuse_twice(command: Any, ctx: Any, given: Sequence[str]) -> None:
     InputError
         Naming the option.
     """
+    if ctx.resilient_parsing:  # a line that is completed, not run
+        return
     _, _, order = command.make_parser(ctx).parse_args(args=list(given))  # takes what it reads off the list
     single = [own for own in order if not (getattr(own, "is_flag", False) or own.multiple or own.nargs != 1)]
     for k, own in enumerate(single):

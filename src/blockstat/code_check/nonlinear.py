@@ -39,7 +39,7 @@ from blockstat.code_check.linear import (
     oscillator,
     work_sums,
 )
-from blockstat.code_check.pushed import G, check_metres, check_pushed, gravity_of
+from blockstat.code_check.pushed import G, check_metres, check_pushed, gravity_of, mean_displacement
 from blockstat.code_check.rocking import RockingBlock, rocking_block
 from blockstat.code_check.spectrum import Floor, Spectrum, check_floor, spectrum_of, table_ends
 from blockstat.errors import InputError, check_choice, known_options
@@ -290,7 +290,7 @@ def nonlinear_check(
     check_level(curve.assembly, direction)
     ground = _spectra(site)
     check_floor(floor)
-    curve, back = _forward(curve, direction)
+    curve, back = _forward(curve, direction, masses)
     dropped, after = _lost(curve)
     if not (curve.lower[0] > 0 and curve.displacement[-1] > 0 and dropped > 0):
         raise InputError("as soon as the mechanism moves the multiplier drops to less than half: there is no capacity")
@@ -371,13 +371,14 @@ def _spectra(site: Spectrum | Mapping[str, Spectrum] | None) -> Mapping[str, Spe
     return {name: spectrum_of(own, f"site of {name}") for name, own in site.items()}
 
 
-def _forward(curve: CapacityCurve, direction: Sequence[float]) -> tuple[CapacityCurve, list[str]]:
+def _forward(
+    curve: CapacityCurve, direction: Sequence[float], masses: Sequence[tuple[int | str, Sequence[float], float]]
+) -> tuple[CapacityCurve, list[str]]:
     """The curve up to where its control or the mean of its masses begins to go back, and what is to be said of that.
 
     The work of the load belongs to the mean of the masses. A control may go on falling while all else comes back.
     """
-    mass = curve.assembly.mass * ~curve.assembly.support
-    along = np.array([mass @ point.pose.displacement @ direction / mass.sum() for point in curve.points])
+    along = mean_displacement(curve.assembly, [point.pose for point in curve.points], direction, masses)
     kept = {}
     for name, there in ((curve.control, curve.displacement), ("mean of the masses", along)):
         furthest = np.maximum.accumulate(there)

@@ -15,6 +15,7 @@ from blockstat.analysis.limit_load import LimitLoad
 from blockstat.analysis.problem import Loads, checked_loads
 from blockstat.contact.cells import centres
 from blockstat.errors import InputError, check_positive
+from blockstat.large_displacement.displaced.pose import Pose, displaced_points
 from blockstat.loads import WeightedLoads, acceleration, three
 from blockstat.program.ties import tie_wrenches
 from blockstat.typing import Floats, Ints
@@ -258,3 +259,38 @@ def mass_points(
             raise InputError(f"masses: {name!r} is a support, which no mass pushes")
         check_positive(f"masses: the weight on {name!r}", weight)
         yield int(blocks[0]), three(point, "masses: the point"), float(weight)
+
+
+def mean_displacement(
+    assembly: Assembly,
+    poses: Sequence[Pose],
+    direction: Sequence[float],
+    masses: Sequence[tuple[int | str, Sequence[float], float]],
+) -> Floats:
+    """Return how far the masses have moved along a direction, in the mean.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks at rest.
+    poses : sequence of Pose
+        Where they are.
+    direction : sequence of float, shape (3,)
+        A unit vector.
+    masses : sequence of (block, point, weight)
+        As in `mass_points`.
+
+    Returns
+    -------
+    array of float, shape (n_poses,)
+        Of all free blocks and these [m].
+    """
+    own = (assembly.mass * gravity_of(assembly)[0])[assembly.free]
+    points = list(mass_points(assembly, masses))
+    block = np.array([row[0] for row in points], dtype=np.int64)
+    place, weight = np.array([row[1] for row in points]).reshape(-1, 3), np.array([row[2] for row in points])
+    moments = [
+        own @ pose.displacement[assembly.free] + weight @ (displaced_points(assembly, pose, block, place) - place)
+        for pose in poses
+    ]
+    return np.array(moments) @ np.asarray(direction, dtype=float) / (own.sum() + weight.sum())

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain, islice
+from itertools import chain, islice, product
 from math import isfinite, prod
 from pathlib import Path
 from time import process_time
@@ -119,6 +119,11 @@ class Grid(Sequence[dict[str, float]]):
 
     def __len__(self) -> int:
         return prod(len(values) for values in self._lines.values())
+
+    def __iter__(self) -> Iterator[dict[str, float]]:
+        """Go through the designs, also more than a length can count."""
+        for values in product(*self._lines.values()):
+            yield dict(zip(self._lines, values, strict=True))
 
     @overload
     def __getitem__(self, place: int) -> dict[str, float]: ...
