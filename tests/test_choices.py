@@ -223,7 +223,7 @@ RESULTS = (
     "NonlinearCheck",
     "PathEvent",
     "Reliability",
-    "Removal",
+    "RemovalVerdict",
     "Run",
     "Verdict",
 )

@@ -85,7 +85,7 @@ if TYPE_CHECKING:
     )
     from blockstat.sequence.stages import assess_stages
     from blockstat.sequence.states import assess_states
-    from blockstat.sequence.taking_down.removal import Removal, remove_each
+    from blockstat.sequence.taking_down.removal import RemovalVerdict, remove_each
     from blockstat.spec import (
         Building,
         Composition,
@@ -134,7 +134,7 @@ __all__ = [
     "LoadOutcome", "Margin", "Memory", "MovingLoad", "MovingOutcome", "NonlinearCheck", "OrderCount",
     "OrderOutcome", "OrderResult", "Outcome", "PathEvent", "PathOutcome", "PlacedForces", "Plan", "PlanVerdict",
     "PointGradient", "ProofFile", "ProofOutcome", "Prop", "Random", "Range", "Reliability", "ReliabilityOutcome",
-    "Removal", "RepairOutcome", "RepairReport", "ReserveMap", "Result", "RockingBlock", "SafestOrder", "Scene",
+    "RemovalVerdict", "RepairOutcome", "RepairReport", "ReserveMap", "Result", "RockingBlock", "SafestOrder", "Scene",
     "SearchOutcome", "SearchResult", "Sentence", "Settlement", "SettlementOutcome", "SettlementPath", "Site",
     "Space", "SpectrumTable", "Step", "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie",
     "TieOutcome", "TieRange", "Verdict", "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan",
@@ -209,7 +209,7 @@ _HOMES = {
         "sensitivity.reserve": "ReserveMap reserve_map",
         "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
         "sequence.props": "Falsework FalseworkOutcome Prop falsework hoists",
-        "sequence.taking_down.removal": "Removal remove_each",
+        "sequence.taking_down.removal": "RemovalVerdict remove_each",
         "sequence.courses": "Course CoursesOutcome CoursesResult build_by_courses",
         "sequence.centring": "Decentring centring decentring",
         "sequence.prop_sets": "CentringOrder fewest_props least_centring",

@@ -34,7 +34,7 @@ PARTS = 16
 
 
 @dataclass(frozen=True, eq=False)
-class Removal(Verdict):
+class RemovalVerdict(Verdict):
     """The verdict on what is left when a block is taken out, with the blocks that fall then."""
 
     #: names of the blocks that cannot stand, few together, even if all others are held, and of those that cannot once
@@ -52,7 +52,7 @@ def remove_each(
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> dict[str, Removal]:
+) -> dict[str, RemovalVerdict]:
     """Take out every single block of an assembly in turn and judge what is left.
 
     Parameters
@@ -69,7 +69,7 @@ def remove_each(
 
     Returns
     -------
-    dict of str to Removal
+    dict of str to RemovalVerdict
         By the block taken out; those with a stable verdict may go now, and what falls with the others needs a prop
         first. A state that falls has no score (nan).
 
@@ -93,7 +93,7 @@ def remove_each(
     whole.assess(everything, assembly.support, flow=flow, score=False)
     whole.evidence.pin()
     left = _Left(whole, flow)
-    found = dict[str, Removal]()
+    found = dict[str, RemovalVerdict]()
     try:
         for block in chosen.tolist():
             present = everything.copy()
@@ -102,7 +102,7 @@ def remove_each(
             falls = left.falling(present, verdict)
             names = None if falls is None else tuple(assembly.names[k] for k in falls)
             given: dict[str, Any] = {one.name: getattr(verdict, one.name) for one in fields(verdict)}
-            found[assembly.names[block]] = Removal(**given, falls=names)
+            found[assembly.names[block]] = RemovalVerdict(**given, falls=names)
             if progress is not None:
                 progress(len(found), len(chosen))
     except KeyboardInterrupt:

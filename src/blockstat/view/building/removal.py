@@ -12,17 +12,17 @@ from blockstat.view.plot import Place, plot
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
-    from blockstat.sequence.taking_down.removal import Removal
+    from blockstat.sequence.taking_down.removal import RemovalVerdict
 
 
-def weight_lost(assembly: Assembly, found: dict[str, Removal]) -> Floats:
+def weight_lost(assembly: Assembly, found: dict[str, RemovalVerdict]) -> Floats:
     """Return the weight of the blocks that fall when each block is taken out.
 
     Parameters
     ----------
     assembly : Assembly
         All blocks.
-    found : dict of str to Removal
+    found : dict of str to RemovalVerdict
         What `blockstat.remove_each` returns.
 
     Returns
@@ -41,17 +41,17 @@ def weight_lost(assembly: Assembly, found: dict[str, Removal]) -> Floats:
 
 
 @known_options
-def plot_removal(assembly: Assembly, found: dict[str, Removal], place: Place, **options: Any) -> Place:
+def plot_removal(assembly: Assembly, found: dict[str, RemovalVerdict], place: Place, **options: Any) -> Place:
     """Draw each block in the colour of the weight that falls when it is taken out.
 
     These are the blocks that cannot stand even if all others are held, and those that cannot once they are gone, until
-    the rest stands (`Removal.falls`). Nothing is hit by what comes down.
+    the rest stands (`RemovalVerdict.falls`). Nothing is hit by what comes down.
 
     Parameters
     ----------
     assembly : Assembly
         All blocks.
-    found : dict of str to Removal
+    found : dict of str to RemovalVerdict
         What `blockstat.remove_each` returns.
     place : str, Path or matplotlib Axes
         As of `blockstat.plot`.
