@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from os import PathLike
@@ -14,6 +15,7 @@ from blockstat.typing import Floats
 
 MOST_TOLD = 20  #: errors that one message tells
 HUGE = 1e30  #: no length, density, acceleration or force of a building comes near it
+ROUGH = 3.0  #: friction above it is none of stone on stone; the tangent of 70 degrees occurs
 ROUGHEST = 1e6  #: the largest coefficient of friction that is finite: cones that are wider lose the digits of forces
 NAMELESS = "the name of a file is empty"
 TOO_ROUGH = "friction is {!r}; it must be at most 1e6, or inf for no sliding"
@@ -355,6 +357,11 @@ def check_friction(value: Any) -> float:
     InputError
         For anything but a number of at least 0, and for finite ones above 1e6.
 
+    Warns
+    -----
+    InputWarning
+        For one that may be an angle in degrees.
+
     Examples
     --------
     >>> check_friction(-0.5)
@@ -366,7 +373,35 @@ def check_friction(value: Any) -> float:
         raise InputError(f"friction is {value!r}; it must be a number of at least 0 (inf for no sliding)")
     if ROUGHEST < value < np.inf:
         raise InputError(TOO_ROUGH.format(value))
+    if (doubt := rough("friction", value)) is not None:
+        warnings.warn(InputWarning(doubt), stacklevel=3)
     return float(value)
+
+
+def rough(what: str, friction: float) -> str | None:
+    """Return what is odd about a coefficient of friction that may be an angle.
+
+    Parameters
+    ----------
+    what : str
+        What it is; the sentence begins with it.
+    friction : float
+        The coefficient.
+
+    Returns
+    -------
+    str or None
+        None for one that stones may have, and for one without limit.
+
+    Examples
+    --------
+    >>> rough("friction", 35)
+    'friction is 35; it is the tangent of an angle: 35 degrees are 0.7'
+    """
+    if not ROUGH < friction < np.inf:
+        return None
+    angle = f": {friction:g} degrees are {np.tan(np.radians(friction)):.3g}" if friction < 90 else ""
+    return f"{what} is {friction:g}; it is the tangent of an angle{angle}"
 
 
 def check_positive(what: str, value: Any, *, least: float = 0.0) -> None:

@@ -1,6 +1,7 @@
 """What each file format says, on files written by hand: OBJ, native JSON, folders, meshes, scenes and surfaces."""
 
 import json
+import re
 import struct
 import warnings
 
@@ -379,11 +380,17 @@ def test_doubts_begin_at_their_thresholds():
 def test_friction_that_may_be_an_angle_and_weights_that_may_be_in_kilonewtons_are_doubted():
     blocks = [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 1))]
     asm = assembly(blocks)
-    for friction in (0.0, 3.0, np.inf):
-        assert doubts(asm.with_(friction=friction)) == []
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for friction in (0.0, 3.0, np.inf):
+            assert doubts(asm.with_(friction=friction)) == []
     # tan 30 degrees is 1 / sqrt(3).
-    assert doubts(asm.with_(friction=30.0)) == ["friction is 30; it is the tangent of an angle: 30 degrees are 0.577"]
-    assert doubts(asm.with_(friction=100.0)) == ["friction is 100; it is the tangent of an angle"]
+    for friction, angle in ((30.0, ": 30 degrees are 0.577"), (100.0, "")):
+        told = re.escape(f"friction is {friction:g}; it is the tangent of an angle{angle}") + "$"
+        with pytest.warns(InputWarning, match=told):
+            asm.with_(friction=friction)
+        with pytest.warns(InputWarning, match=told):
+            Assembly.from_blocks(blocks, supports=[0], friction=friction)
     laws = [JointLaw(("*", "*"), friction=45), JointLaw(("*", "*"), cohesion=1.0)]
     assert doubts(asm.with_(joints=laws)) == [
         'friction between "*" and "*" is 45; it is the tangent of an angle: 45 degrees are 1'

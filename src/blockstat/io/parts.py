@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from blockstat.assembly import LOWEST, Assembly, Block
-from blockstat.errors import InputError, NoSupportError, check_gravity
+from blockstat.errors import InputError, NoSupportError, check_gravity, rough
 from blockstat.io.raw import glb, ply, stl
 from blockstat.io.raw.precision import spacing
 from blockstat.joint import Tie
@@ -190,7 +190,6 @@ def _moved(ties: Iterable[Tie], matrix: Floats) -> list[Tie]:
 LONGEST = 25.0
 #: No masonry weighs more [N]: the pyramid of Khufu has 6e9 kg.
 HEAVIEST = 6e10
-ROUGH = 3.0  #: friction above it is none of stone on stone; the tangent of 70 degrees occurs
 LIGHT = 1000.0  #: no earth, rubble or fluid that presses on masonry weighs less [N/m3]
 #: Gravity is 1 in models without units, 1.6 on the Moon, 9.8 here and some 500 in a centrifuge at 50 times that [m/s2].
 GRAVITIES = (1.0, 500.0)
@@ -287,13 +286,13 @@ def odd_gravity(assembly: Assembly) -> list[str]:
 
 
 def _odd_numbers(assembly: Assembly) -> list[str]:
-    """Doubt friction that may be an angle, and weights of fill and fluids that may be in kN/m3."""
-    laws = [(f'friction between "{law.between[0]}" and "{law.between[1]}"', law.friction) for law in assembly.joints]
-    found = []
-    for what, value in [("friction", assembly.friction), *laws]:
-        if value is not None and ROUGH < value < np.inf:
-            angle = f": {value:g} degrees are {np.tan(np.radians(value)):.3g}" if value < 90 else ""
-            found.append(f"{what} is {value:g}; it is the tangent of an angle{angle}")
+    """Doubt friction of joint laws that may be an angle, and weights of fill and fluids that may be in kN/m3."""
+    told = [
+        rough(f'friction between "{law.between[0]}" and "{law.between[1]}"', law.friction)
+        for law in assembly.joints
+        if law.friction is not None
+    ]
+    found = [text for text in told if text is not None]
     loads = assembly.metadata.get("loads")
     for name, table in loads.items() if isinstance(loads, dict) else ():
         weight = table.get("unit_weight") if isinstance(table, dict) else None
