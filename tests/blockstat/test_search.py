@@ -419,6 +419,15 @@ def test_the_history_of_other_files_is_refused(tmp_path):
             assert search(scene, verify=None, history=path).best is not None
 
 
+def test_a_best_design_at_the_least_value_of_a_range_is_told():
+    """A pier that stands at any width: the search ends at the least one, and says so unless the range is one value."""
+    for least, told in ((0.4, True), (0.6, False)):
+        pier = {"kind": "pier", "size": [between(least, 0.6, 0.2), 0.5], "height": 1.0, "courses": 1, "at": [0, 0, 0]}
+        scene = scene_from({"name": "stones", "elements": {"pier": pier}})
+        ends = "At the least value of its range: elements.pier.size.0; a lighter design may lie beyond."
+        assert (ends in search(scene, verify=None).explain().splitlines()) == told
+
+
 def test_a_search_tells_its_best_design_and_what_it_cost():
     result, _ = run(strategy="paper")
     first, second = result.explain().splitlines()[:2]
@@ -436,7 +445,8 @@ def test_a_search_tells_its_best_design_and_what_it_cost():
         first=SimpleNamespace(probability=0.0123456), draws=SimpleNamespace(probability=0.02, interval=(0.01, 0.034567))
     )
     told = replace(result, assured=assured).explain().splitlines()
-    assert told[2] == "Probability of failure 0.0123 to first order; by draws 0.02 (0.01 to 0.0346)."
+    assert "vault.thickness" in told[2]
+    assert told[3] == "Probability of failure 0.0123 to first order; by draws 0.02 (0.01 to 0.0346)."
 
 
 def test_a_search_of_which_no_design_can_be_built_has_failed():

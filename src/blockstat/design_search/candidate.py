@@ -8,8 +8,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from blockstat.design_search.space import is_boolean
 from blockstat.result import Result, Sentence
-from blockstat.spec import Scene
+from blockstat.spec import Scene, parameters
 
 PRUNED = "pruned"  #: statics ruled it out, so nothing was simulated
 UNASKED = ""  #: statics allow it and no simulation was needed, or it could not be built
@@ -127,6 +128,14 @@ class SearchResult(Result):
         return SearchOutcome.NO_RESERVE if stand else SearchOutcome.NONE_STANDS
 
     @property
+    def at_ends(self) -> str:
+        """In words which numbers of the best design are the least of their ranges; empty for none."""
+        best, found = self.best_parameters or {}, parameters(self.building)
+        ranges = {name: found[name] for name in best if name in found and not is_boolean(found[name])}
+        ends = [name for name, own in ranges.items() if best[name] <= own.min < own.max]
+        return f"At the least value of its range: {', '.join(ends)}; a lighter design may lie beyond." if ends else ""
+
+    @property
     def none_stood(self) -> str:
         """In words that no design stood, or was safe enough, as far as designs could be judged."""
         if self.outcome is SearchOutcome.NO_RESERVE:
@@ -143,6 +152,8 @@ class SearchResult(Result):
         lines = [self.outcome.value]
         if self.best_parameters is not None:
             lines.append(f"Best: {', '.join(f'{name} {value:g}' for name, value in self.best_parameters.items())}.")
+            if told := self.at_ends:
+                lines.append(told)
         if self.assured is not None:
             low, high = self.assured.draws.interval
             first, drawn = (own.probability for own in (self.assured.first, self.assured.draws))

@@ -133,6 +133,8 @@ def _print_result(result: SearchResult, report: Path | None, as_json: bool) -> N
             typer.echo(f"interrupted{when}: the same command goes on from here")
         if failed := failures(asdict(candidate) for candidate in result.history):
             typer.echo(failed)
+        if told := result.at_ends:
+            typer.echo(told)
         typer.echo(f"best: {words}\nreport: {report or 'not written'}")
 
 
