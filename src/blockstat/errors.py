@@ -373,7 +373,7 @@ def check_friction(value: Any) -> float:
         raise InputError(f"friction is {value!r}; it must be a number of at least 0 (inf for no sliding)")
     if ROUGHEST < value < np.inf:
         raise InputError(TOO_ROUGH.format(value))
-    if (doubt := rough("friction", value)) is not None:
+    if (doubt := rough("friction", float(value))) is not None:
         warnings.warn(InputWarning(doubt), stacklevel=3)
     return float(value)
 
