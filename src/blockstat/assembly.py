@@ -148,6 +148,11 @@ class Assembly(Polyhedra):
             Naming the block, for bad coordinates, an open or inverted surface, no volume, a repeated name, an unknown
             support, or a bad density, friction or gravity.
 
+        Warns
+        -----
+        InputWarning
+            For a friction that may be an angle in degrees.
+
         Examples
         --------
         >>> from blockstat import Assembly, box
@@ -169,7 +174,7 @@ class Assembly(Polyhedra):
                 partial(_vertex_arrays, blocks, names),
                 lambda: gathered(partial(check_density, label, own) for label, own in zip(names, given, strict=True)),
                 partial(_support_mask, supports, names),
-                partial(check_friction, friction),
+                partial(check_friction, friction, doubted=True),
                 partial(check_gravity, gravity),
             )
         )

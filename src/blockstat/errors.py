@@ -339,13 +339,15 @@ def check_density(label: str, value: Any) -> float:
     return float(value)
 
 
-def check_friction(value: Any) -> float:
+def check_friction(value: Any, *, doubted: bool = False) -> float:
     """Return a coefficient of friction as a number.
 
     Parameters
     ----------
     value : object
         What was given; infinite for no sliding.
+    doubted : bool, optional
+        Whether to warn of one that may be an angle.
 
     Returns
     -------
@@ -360,7 +362,7 @@ def check_friction(value: Any) -> float:
     Warns
     -----
     InputWarning
-        For one that may be an angle in degrees.
+        See `doubted`.
 
     Examples
     --------
@@ -373,8 +375,8 @@ def check_friction(value: Any) -> float:
         raise InputError(f"friction is {value!r}; it must be a number of at least 0 (inf for no sliding)")
     if ROUGHEST < value < np.inf:
         raise InputError(TOO_ROUGH.format(value))
-    if (doubt := rough("friction", float(value))) is not None:
-        warnings.warn(InputWarning(doubt), stacklevel=3)
+    if doubted and (doubt := rough("friction", float(value))) is not None:
+        warnings.warn(InputWarning(doubt), stacklevel=4)
     return float(value)
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.errors import InputError, InputWarning
+from blockstat.errors import InputError, InputWarning, rough
 from blockstat.system.process import INTERRUPTED
 
 if TYPE_CHECKING:
@@ -268,11 +268,13 @@ def modified(assembly: Assembly, *, friction: float | None, gravity: str | None,
     Warns
     -----
     InputWarning
-        With another friction, where joint laws keep their own.
+        With a friction that may be an angle, and with another one where joint laws keep their own.
     """
     changes: dict[str, Any] = {}
     if friction is not None:
         changes["friction"] = friction
+        if (doubted := rough("--friction", friction)) is not None:
+            warnings.warn(doubted, InputWarning, stacklevel=2)
         if own := [law for law in assembly.joints if law.friction not in (None, friction)]:
             from blockstat.contact.point_law import kept_by
 
