@@ -14,6 +14,9 @@ ARMS = [(0, 0), (4, 0), (4, 2), (3, 2), (3, 1), (1, 1), (1, 2), (0, 2)]
 ARM_AND_RIDGE = [(0, 0), (4, 0), (4, 1), (3.5, 2), (3, 1), (1, 1), (1, 2), (0, 2)]
 
 
+TETRAHEDRON = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+
+
 def found(blocks, supports=(0,), **place):
     """The interfaces of a scene, and its blocks."""
     scene, _ = placed(blocks, list(supports), **place)
@@ -116,3 +119,80 @@ def test_edges_on_narrow_sheets_do_not_reach_through_them(thick, half):
     assert [0, 3] not in find_interfaces(scene).pair.tolist()
     assert assess(scene, gravity=(0, 0.099, -1)).outcome is Outcome.STABLE
     assert assess(scene, gravity=(0, 0.101, -1)).outcome is Outcome.UNSTABLE
+
+
+def fan(plan, heights):
+    """A block on z = -1 whose top is at two heights: `heights` has the corners of each, and walls are between them."""
+    corners, number = [], {}
+
+    def at(name, z):
+        if (name, z) not in number:
+            number[name, z] = len(corners)
+            corners.append((*plan[name], z))
+        return number[name, z]
+
+    low, high, tops = heights
+    faces = [[at(k, -1) for k in low[::-1]], [at(k, 1) for k in high], *([at(k, 0) for k in top] for top in tops)]
+    for ring, bottom, top in ((low, -1, 0), (high, 0, 1)):
+        faces += [
+            [at(a, bottom), at(b, bottom), at(b, top), at(a, top)]
+            for a, b in zip(ring, ring[1:] + ring[:1], strict=True)
+        ]
+    return Block(corners, faces, name="stepped")
+
+
+PLAN = {"o": (0, 0), "e": (2, 0), "ne": (2, 2), "n": (0, 2), "nw": (-2, 2), "sw": (-2, -2), "s": (0, -2), "se": (2, -2)}
+
+
+@EVERYWHERE
+def test_a_corner_at_the_end_of_a_notch_slides_past_it(place, flip):
+    """A prism beside a step. The side of the step goes on below it round the corner, where nothing is in the way.
+
+    Pushed along that corner it slides at the coefficient of friction, as it does a little further on.
+    """
+    rings = ["o n nw sw s se e".split(), "o s se e ne".split(), ["o n nw sw s".split(), "ne e o".split()]]
+    step = fan(PLAN, rings)
+    for moved in (0.0, 0.1):
+        body = [(x - moved, y - moved, z) for z in (0, 1) for x, y in ((0, 0), (-1, 1), (-1, 0))]
+        blocks = [step, Block(body, [[2, 1, 0], [3, 4, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]], name="body")]
+        contacts, _ = found(blocks, [1 if flip else 0], place=place, flip=flip)
+        assert ContactKind.CORNER not in contacts.kinds
+        agrees(limit(blocks, [0], (-0.01, -1, 0), place=place, flip=flip, friction=0.3), 0.3)
+
+
+def corner_of_a_room():
+    """A cube from -1 to 4 without its part from the origin on, where three notches meet."""
+    rings = [
+        [(-1, -1, -1), (-1, -1, 4), (-1, 4, 4), (-1, 4, -1)],
+        [(4, -1, -1), (4, 4, -1), (4, 4, 0), (4, 0, 0), (4, 0, 4), (4, -1, 4)],
+        [(0, 0, 0), (0, 4, 0), (0, 4, 4), (0, 0, 4)],
+    ]
+    turns = [np.roll(np.array(ring), k, axis=1) for ring in rings for k in range(3)]  # x, y and z change places
+    corners, where = np.unique(np.concatenate(turns), axis=0, return_inverse=True)
+    faces = np.split(where.ravel(), np.cumsum([len(turn) for turn in turns])[:-1])
+    return Block(corners.astype(float), [face.tolist() for face in faces], name="room")
+
+
+@EVERYWHERE
+@pytest.mark.parametrize("lean", [0.2, 0.0])
+def test_a_tip_in_the_corner_of_a_room_touches_its_floor_and_both_walls(place, flip, lean):
+    room = corner_of_a_room()
+    tip = Block([(0, 0, 0), (2, lean, lean), (lean, 2, lean), (lean, lean, 2)], TETRAHEDRON, name="tip")
+    contacts, _ = found([room, tip], [1 if flip else 0], place=place, flip=flip)
+    assert (contacts.kinds == (ContactKind.CORNER if lean else ContactKind.FACE)).all()
+    assert len(contacts.kinds) == 3
+
+
+@EVERYWHERE
+@pytest.mark.parametrize("turn", [0.0, 0.5, 1.0])
+def test_a_tip_touches_a_corner_of_the_mesh_of_a_floor(place, flip, turn):
+    """The tip is above one triangle of the floor, or two."""
+    around = [(2.0, 0.0), (0.0, 2.0), (-2.0, 0.0), (0.0, -2.0)]
+    floor = [*((x, y, -1) for x, y in around), *((x, y, 0) for x, y in around), (0.0, 0.0, 0.0)]
+    sides = [[i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4] for i in range(4)]
+    block = Block(floor, [[3, 2, 1, 0], *sides, *([i + 4, (i + 1) % 4 + 4, 8] for i in range(4))], name="floor")
+    c, s = np.cos(turn), np.sin(turn)
+    top = [(c * x - s * y, s * x + c * y, z) for x, y, z in ((1, 0.1, 0.5), (1, 0.3, 0.5), (1, 0.2, 0.8))]
+    tip = Block([(0, 0, 0), *top], TETRAHEDRON, name="tip")
+    contacts, _ = found([block, tip], [1 if flip else 0], place=place, flip=flip)
+    assert contacts.kinds.tolist() == [ContactKind.CORNER]

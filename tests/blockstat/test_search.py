@@ -419,13 +419,18 @@ def test_the_history_of_other_files_is_refused(tmp_path):
             assert search(scene, verify=None, history=path).best is not None
 
 
-def test_a_best_design_at_the_least_value_of_a_range_is_told():
-    """A pier that stands at any width: the search ends at the least one, and says so unless the range is one value."""
-    for least, told in ((0.4, True), (0.6, False)):
-        pier = {"kind": "pier", "size": [between(least, 0.6, 0.2), 0.5], "height": 1.0, "courses": 1, "at": [0, 0, 0]}
-        scene = scene_from({"name": "stones", "elements": {"pier": pier}})
-        ends = "At the least value of its range: elements.pier.size.0; a lighter design may lie beyond."
-        assert (ends in search(scene, verify=None).explain().splitlines()) == told
+def test_a_best_design_at_an_end_of_a_range_is_told():
+    """A pier that stands at any width: the lightest has the least one, the first of a range or the last."""
+    ends = "At an end of its range: elements.pier.size.0; a wider range may hold a lighter design."
+    for width, told in (([0.4, 0.6], True), ("= 1 - a", True), ([0.6, 0.6], False)):
+        free = {"a": between(0.4, 0.6, 0.2)} if isinstance(width, str) else {}
+        own = width if isinstance(width, str) else between(*width, 0.2)
+        pier = {"kind": "pier", "size": [own, 0.5], "height": 1.0, "courses": 1, "at": [0, 0, 0]}
+        scene = scene_from({"name": "stones", "parameters": free, "elements": {"pier": pier}})
+        name = "parameters.a" if free else "elements.pier.size.0"
+        found = search(scene, verify=None, over="grid")
+        assert found.best_parameters == {name: 0.6 if free or not told else 0.4}
+        assert (ends.replace("elements.pier.size.0", name) in found.explain().splitlines()) == told
 
 
 def test_a_search_tells_its_best_design_and_what_it_cost():

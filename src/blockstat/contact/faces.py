@@ -583,6 +583,29 @@ def nearest_rim(points: Floats, polygon: Floats, sides: Ints) -> tuple[Ints, Flo
     return np.take_along_axis(sides, best, axis=1)[:, 0], np.take_along_axis(distance, best, axis=1)[:, 0]
 
 
+def wedges(polygon: Floats, at: Ints) -> Floats:
+    """Return from which angle to which polygons are seen from one of their corners.
+
+    Parameters
+    ----------
+    polygon : array of float, shape (n, k, 2)
+        Corners, counter-clockwise [m]; short ones repeat their last corner.
+    at : array of int, shape (n,)
+        The first number of the corner.
+
+    Returns
+    -------
+    array of float, shape (n, 2)
+        The angle of the side that begins there and of the one that ends there, from -pi to pi [rad].
+    """
+    each, k = np.arange(len(at)), polygon.shape[1]
+    here, following = polygon[each, at], polygon[each, (at + 1) % k]
+    last = (following == here).all(axis=1)
+    following = np.where(last[:, None], polygon[:, 0], following)
+    sides = np.stack([following, polygon[each, at - 1]], axis=1) - here[:, None]
+    return np.arctan2(sides[..., 1], sides[..., 0])
+
+
 def position(
     points: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats, beyond: Floats | None = None
 ) -> np.ndarray:

@@ -129,11 +129,11 @@ class SearchResult(Result):
 
     @property
     def at_ends(self) -> str:
-        """In words which numbers of the best design are the least of their ranges; empty for none."""
+        """In words which numbers of the best design are the least or the greatest of their ranges; empty for none."""
         best, found = self.best_parameters or {}, parameters(self.building)
         ranges = {name: found[name] for name in best if name in found and not is_boolean(found[name])}
-        ends = [name for name, own in ranges.items() if best[name] <= own.min < own.max]
-        return f"At the least value of its range: {', '.join(ends)}; a lighter design may lie beyond." if ends else ""
+        ends = [name for name, own in ranges.items() if own.min < own.max and not own.min < best[name] < own.max]
+        return f"At an end of its range: {', '.join(ends)}; a wider range may hold a lighter design." if ends else ""
 
     @property
     def none_stood(self) -> str:
