@@ -196,3 +196,62 @@ def test_a_tip_touches_a_corner_of_the_mesh_of_a_floor(place, flip, turn):
     tip = Block([(0, 0, 0), *top], TETRAHEDRON, name="tip")
     contacts, _ = found([block, tip], [1 if flip else 0], place=place, flip=flip)
     assert contacts.kinds.tolist() == [ContactKind.CORNER]
+
+
+#: A prism whose base is one triangle of the top of a support: where GEOS cuts one by the other it finds nothing in
+#: common, in one order of the two.
+SHARED = [
+    (-0.00973482742349948, 1.1836866684326686, 0.5942901714809082),
+    (0.6121962260498349, 0.658963540658574, 0.572553927581014),
+    (1.30035727782971, 1.1949616754577643, 0.39687642948571206),
+]
+ABOVE = [
+    (-0.08773611204931439, 1.3099485209333548, 1.3625801246174456),
+    (0.53419494142402, 0.7852253931592602, 1.3408438807175511),
+    (1.222355993203895, 1.3212235279584505, 1.1651663826222494),
+]
+BEYOND = [
+    (1.2341272795231695, 0.13424041288447938, 0.5508176836811196),
+    (1.9222883313030443, 0.6702385476836697, 0.37514018558581774),
+    (2.5442193847763788, 0.14551541990957512, 0.35340394168592343),
+    (2.610449383082919, 1.20623668248286, 0.19946268749051596),
+]
+BELOW = [
+    (0.06622999830654043, 1.060721262573285, -0.15394125419540752),
+    (0.6881610517798749, 0.5359981347991903, -0.17567749809530186),
+    (1.3100921052532093, 0.011275007025095728, -0.19741374199519618),
+    (1.9982531570330841, 0.5472731418242861, -0.37309124009049804),
+    (2.6201842105064186, 0.022550014050191455, -0.39482748399039236),
+    (2.686414208812959, 1.0832712766234764, -0.5487687381857999),
+]
+
+
+@pytest.mark.parametrize("turned_round", [False, True])
+def test_a_joint_on_a_part_of_a_concave_face_is_found_in_both_orders(turned_round):
+    stone = Block(
+        [*SHARED, *ABOVE],
+        [[2, 0, 3, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [1, 0, 2], [5, 3, 4]],
+        name="stone",
+    )
+    support_faces = [
+        [7, 0, 2, 6, 12],
+        [7, 8, 1, 0],
+        [8, 9, 3, 1],
+        [12, 10, 11, 9, 8, 7],
+        [2, 0, 1],
+        [3, 2, 1],
+        [2, 3, 4],
+        [6, 2, 4],
+        [3, 5, 4],
+        [10, 12, 6],
+        [10, 6, 4],
+        [9, 11, 5],
+        [9, 5, 3],
+        [11, 10, 4, 5],
+    ]
+    points = np.array([*SHARED, *BEYOND, *BELOW])
+    support = Block(points, support_faces, name="support")
+    blocks = [stone, support]
+    contacts = find_interfaces(assembly(blocks[::-1] if turned_round else blocks, supports=["support"]))
+    a, b, c = np.array(SHARED)
+    assert contacts.area.sum() == pytest.approx(np.linalg.norm(np.cross(b - a, c - a)) / 2, rel=1e-9)

@@ -23,8 +23,8 @@ REFLEX = 1e-6
 FILLED = 1e-6
 #: Gaps between polygons below this fraction of them are rounding.
 SEAM = 1e-9
-#: Regions are cut on a grid of about this share of their outline: where edges all but coincide, GEOS may give back all
-#: that it was to take away, or fail (locationtech/jts#1000), but not on a grid.
+#: Regions are cut on a grid of about this share of their outline: where edges all but coincide, GEOS may find nothing
+#: in common, give back all that it was to take away, or fail (locationtech/jts#1000), but not on a grid.
 GRID = 2.0**-44
 #: A corner with one over the sine of half its angle above this is an arm: over a hundred times the width asked for,
 #: it is narrower than a tenth of it.
@@ -310,7 +310,8 @@ def concave_patches(
             outline = planar(assembly, np.array([face]), frame[[row]], origin[[row]], int(size[face]))[0]
             sides.append(shapely.make_valid(shapely.Polygon(outline)))
         least = width * float(assembly.size[assembly.face_block[[fa[row], fb[row]]]].min())
-        for part in shapely.get_parts(shapely.intersection(*sides)):
+        common = shapely.intersection(*sides, grid_size=max(map(grid_of, sides)))
+        for part in shapely.get_parts(common):
             for own in _without_arms(part, least):
                 hull = own.convex_hull
                 if hull.area > (1 + FILLED) * own.area:
