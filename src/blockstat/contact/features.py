@@ -2,7 +2,8 @@
 
 A point touches a face when its foot lies inside the outline, or on a side where the block goes on in the same plane or
 into a notch. On a side that is a convex edge it is on the rim, where there is no unique normal. At a corner between two
-notches the block may end beyond the face: there a corner touches only if some of its block is above the face.
+notches the block may end below the face all the same: a corner of a block that is beside the face is past it there, and
+one that is above the face is on its rim.
 
 A mesh may leave a face in pieces, as it must round a hole. The rim of the face is what the convex edges of all pieces
 make: the sides between pieces are no edges of the block, so the boundary of the union is in the others. At a corner of
@@ -19,7 +20,18 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.contact.faces import INSIDE, RIM, frames, nearest_rim, planar, position, spans, surface_heights, wedges
+from blockstat.contact.faces import (
+    INSIDE,
+    OUTSIDE,
+    RIM,
+    frames,
+    nearest_rim,
+    planar,
+    position,
+    spans,
+    surface_heights,
+    wedges,
+)
 from blockstat.contact.tolerance import FLATNESS, ROUNDING
 from blockstat.geometry.polyhedron import Polyhedra, members
 from blockstat.geometry.topology import Topology
@@ -321,16 +333,14 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
     near = np.abs(height) <= search.reach[row]
     row, face, corner, offset, height = row[near], face[near], corner[near], offset[near], height[near]
     pieces = row, face, corner
-    owner, spoke = members(topo.spoke_start[corner], np.diff(topo.spoke_start)[corner])
-    lean = np.full(len(row), np.inf)
-    np.minimum.at(lean, owner, np.einsum("ij,ij->i", topo.spoke[spoke], normal[face][owner]))
+    lean = _least_lean(topo, corner, normal[face])
     wanted = search.rims | (lean >= -LEAN)
     row, face, corner, offset = row[wanted], face[wanted], corner[wanted], offset[wanted]
     height, lean = height[wanted], lean[wanted]
     frame = frames(normal[face])
     flat = np.einsum("ij,itj->it", offset, frame[:, 1:])
     state, other = np.zeros(len(row), dtype=np.int8), np.zeros(len(row), dtype=np.int64)
-    inset, wedge = np.zeros(len(row)), np.full((len(row), 2), -np.pi)
+    inset, wedge, met = np.zeros(len(row)), np.zeros((len(row), 2)), np.full(len(row), -1)
     for own, polygon, sides in _outlines(search, face, frame):
         rounding, beyond = search.rounding[row[own]], search.beyond[row[own]]
         state[own] = position(flat[own][:, None], polygon, sides >= 0, rounding, beyond)[:, 0]
@@ -341,9 +351,13 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
         at_corner = distance.min(axis=1) <= beyond
         at_corner &= topo.corner[meets] == topo.vertex[assembly.face_vertices[at]]
         wedge[own[at_corner]] = wedges(polygon[at_corner], distance[at_corner].argmin(axis=1))
+        met[own[at_corner]] = meets[at_corner]
         side_below, inset[own] = nearest_rim(flat[own], polygon, sides)
         other[own] = np.where(at_corner, ~meets, side_below)
-    good = (state == RIM) | ((state == INSIDE) & (lean >= -LEAN) & _above(topo, corner, frame, wedge))
+    passed = np.flatnonzero((state == INSIDE) & (met >= 0))
+    passed = passed[_least_lean(topo, met[passed], normal[face[passed]]) < -LEAN]
+    state[passed] = np.where(_above(topo, corner[passed], frame[passed], wedge[passed]), RIM, OUTSIDE)
+    good = (state == RIM) | ((state == INSIDE) & (lean >= -LEAN))
     good &= _touches(search, row, np.abs(height), inset, state == RIM)
     good &= _at_surface(search, row, face, (offset + centre[face])[:, None])
     asked = np.flatnonzero(good & (state == INSIDE))
@@ -358,13 +372,19 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
     return Features(row, sign * out, ends, np.abs(height), state[good] == RIM, ~corner, other)
 
 
+def _least_lean(topo: Topology, corner: Ints, direction: Floats) -> Floats:
+    """The least sine by which the edges of each corner lean in a direction."""
+    owner, spoke = members(topo.spoke_start[corner], np.diff(topo.spoke_start)[corner])
+    lean = np.full(len(corner), np.inf)
+    np.minimum.at(lean, owner, np.einsum("ij,ij->i", topo.spoke[spoke], direction[owner]))
+    return lean
+
+
 def _above(topo: Topology, corner: Ints, frame: Floats, wedge: Floats) -> np.ndarray:
     """Whether some of the block of each corner is above a face, seen along its normal from a corner of the face.
 
-    Between two notches the other block may end beyond the face: what is above that end only is on its way past.
-
     corner : those that touch, numbered as in `Topology`
-    wedge : from which angle to which the face is seen in its frame; from -pi to -pi where the point is no corner of it
+    wedge : from which angle to which the face is seen in its frame
     """
     owner, spoke = members(topo.spoke_start[corner], np.diff(topo.spoke_start)[corner])
     along = np.einsum("ij,itj->it", topo.spoke[spoke], frame[owner][:, 1:])
@@ -372,7 +392,6 @@ def _above(topo: Topology, corner: Ints, frame: Floats, wedge: Floats) -> np.nda
     owner, along = owner[seen], along[seen]
     # Of two cones that overlap, one has a side of the other within it, or its middle.
     half = np.mod(wedge[:, 1] - wedge[:, 0], 2 * np.pi) / 2
-    half[half == 0] = np.pi
     turned = np.arctan2(along[:, 1], along[:, 0]) - (wedge[:, 0] + half)[owner]
     angle = np.pi - np.mod(np.pi - turned, 2 * np.pi)  # of each spoke from the middle of the face
     least, left, right = (np.full(len(corner), far) for far in (np.inf, np.inf, -np.inf))
