@@ -164,7 +164,7 @@ def test_a_corner_at_the_end_of_a_notch_slides_past_it(place, flip):
 def test_a_tip_in_the_end_of_a_notch_may_leave_it_round_the_corner(place, flip):
     """It moves back through the plane of the side of the notch where this has ended, so no one normal holds it."""
     rings = ["o n nw sw s se e".split(), "o s se e ne".split(), ["o n nw sw s".split(), "ne e o".split()]]
-    tip = Block([(0, 0, 0), (1, 0.3, -0.3), (1, 0.6, -0.3), (1, 0.4, -0.6)], TETRAHEDRON, name="tip")
+    tip = Block([(0, 0, 0), (1, 0.6, -0.3), (1, 0.3, -0.3), (1, 0.4, -0.6)], TETRAHEDRON, name="tip")
     contacts, _ = found([fan(PLAN, rings), tip], [1 if flip else 0], place=place, flip=flip)
     assert not len(contacts.kinds)
 
