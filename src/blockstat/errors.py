@@ -14,6 +14,7 @@ import numpy as np
 from blockstat.typing import Floats
 
 MOST_TOLD = 20  #: errors that one message tells
+LISTED = 20  #: names that are listed where one does not exist
 HUGE = 1e30  #: no length, density, acceleration or force of a building comes near it
 ROUGH = 3.0  #: friction above it is none of stone on stone; the tangent of 70 degrees occurs
 ROUGHEST = 1e6  #: the largest coefficient of friction that is finite: cones that are wider lose the digits of forces
@@ -208,7 +209,7 @@ def check_assembly(what: str, value: Any) -> None:
     raise InputError(f"{what} is {with_article(type(value).__name__)}{shown}; it must be an Assembly: {made}")
 
 
-def no_such(what: str, given: Any, existing: Iterable[str], *, plural: str = "", limit: int = 20) -> InputError:
+def no_such(what: str, given: Any, existing: Iterable[str]) -> InputError:
     """Return the error for a name that nothing has; raise what it returns.
 
     Parameters
@@ -219,10 +220,6 @@ def no_such(what: str, given: Any, existing: Iterable[str], *, plural: str = "",
         The name that was given.
     existing : iterable of str
         The names that exist.
-    plural : str, optional
-        The plural of `what` where it is not `what` with an s.
-    limit : int, optional
-        At most so many names are listed.
 
     Returns
     -------
@@ -234,7 +231,7 @@ def no_such(what: str, given: Any, existing: Iterable[str], *, plural: str = "",
     >>> str(no_such("group", "wal", ["ground", "wall"]))
     'no group "wal"; groups are: ground, wall'
     """
-    return InputError(f'no {what} "{given}"; {plural or what + "s"} are: {some(list(existing), limit) or "none"}')
+    return InputError(f'no {what} "{given}"; {what}s are: {some(list(existing), LISTED) or "none"}')
 
 
 def some(names: Sequence[Any], limit: int = 8) -> str:

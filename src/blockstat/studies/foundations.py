@@ -28,8 +28,6 @@ from blockstat.typing import Floats, Ints
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: What moves: a support, a group of supports, blocks or a group that stand on supports, or the two corners of a box.
-Where = str | int | tuple[float, float, float, float, float, float]
 #: Blocks whose fastest corner moves by less than this, relative to the movement of the supports, are at rest.
 MOVING = 0.01
 #: Joints that open or slide by less than this, relative to the movement of the supports, stay shut.
