@@ -14,10 +14,10 @@ import numpy as np
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.tolerance import allowed_gap
 from blockstat.errors import InputError, check_number, check_positive, known_options
-from blockstat.loading.faces import ON, Face, integrated, selected, up_of
+from blockstat.loading.faces import ON, Face, integrated, selected
 from blockstat.loading.on_faces import facing
 from blockstat.loading.placed import PlacedForces
-from blockstat.loads import numbers, three
+from blockstat.loads import numbers, three, up_of
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:

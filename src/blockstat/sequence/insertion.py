@@ -24,6 +24,7 @@ from blockstat.contact.overlap.penetration import convex_blocks
 from blockstat.geometry.convex_pieces import convex_pieces
 from blockstat.geometry.inscribed_ball import inscribed_balls
 from blockstat.geometry.triangulation import triangulate
+from blockstat.loads import up_of
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ class StraightMotions:
 
     def __init__(self, assembly: Assembly, interfaces: Interfaces) -> None:
         self._assembly, self._interfaces = assembly, interfaces
-        self._up = -assembly.gravity / np.linalg.norm(assembly.gravity)
+        self._up = up_of(assembly)
         self._convex = convex_blocks(assembly, tolerance=CONVEX)
         self._pieces: dict[int, list[_Piece]] = {}
         self._obstacles: dict[tuple[int, int], list[_Obstacle]] = {}

@@ -25,7 +25,7 @@ from blockstat.assembly import block_indices
 from blockstat.certificate.check import FORCE_LIMIT, force_errors, power
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, check_vector, known_options
-from blockstat.loads import ON_BLOCK
+from blockstat.loads import ON_BLOCK, up_of
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.result import Result, Sentence
 from blockstat.sequence.states import State, Whole
@@ -180,7 +180,7 @@ def hoists(assembly: Assembly, blocks: Iterable[str]) -> list[Prop]:
     list of Prop
         One a block.
     """
-    up = -assembly.gravity / np.linalg.norm(assembly.gravity)
+    up = up_of(assembly)
     chosen = assembly.blocks_named(blocks, "hoists")
     return [Prop(assembly.names[k], tuple(assembly.centroid[k].tolist()), tuple(up.tolist())) for k in chosen]
 

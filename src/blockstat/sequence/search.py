@@ -20,6 +20,7 @@ import numpy as np
 
 from blockstat.analysis.verdict import Outcome
 from blockstat.errors import InputError
+from blockstat.loads import up_of
 from blockstat.result import Sentence
 from blockstat.sequence.insertion import StraightMotion, StraightMotions
 from blockstat.sequence.plan import Plan, Step
@@ -433,7 +434,8 @@ class _Access:
 def _above(whole: Whole) -> list[int]:
     """For each block, as bits, those that rest on it: the normal of their joint with it points up."""
     faces, found = whole.interfaces, [0] * whole.assembly.n_blocks
-    rise = -faces.frame[:, 0] @ (whole.assembly.gravity / np.linalg.norm(whole.assembly.gravity))
+    down = -up_of(whole.assembly)
+    rise = -faces.frame[:, 0] @ down
     for (a, b), up in zip(faces.pair.tolist(), rise.tolist(), strict=True):
         if abs(up) > STEEP:
             low, high = (a, b) if up > 0 else (b, a)

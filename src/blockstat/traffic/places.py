@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.errors import InputError
-from blockstat.loading.faces import ON, Face, up_of
+from blockstat.loading.faces import ON, Face
 from blockstat.loading.ground import below, depths, dispersed
-from blockstat.loads import as_points
+from blockstat.loads import as_points, up_of
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:

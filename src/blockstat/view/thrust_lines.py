@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.verdict import Verdict
+from blockstat.loads import up_of
 from blockstat.result import plain
 from blockstat.typing import Floats
 from blockstat.view.painter import view_of
@@ -88,7 +89,7 @@ def thrust_lines(verdict: Verdict) -> tuple[Floats, Floats]:
     """
     assembly, faces = verdict.assembly, verdict.interfaces
     joint, point, force, _ = joint_resultants(verdict)
-    down = assembly.gravity / np.linalg.norm(assembly.gravity)
+    down = -up_of(assembly)
     size = np.linalg.norm(force, axis=1)
     entering: dict[int, list[tuple[Floats, float]]] = {}
     leaving: dict[int, list[tuple[Floats, float]]] = {}

@@ -27,6 +27,7 @@ from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry_repair.repair import close_joints
 from blockstat.geometry_repair.trimming import trim_overlaps
+from blockstat.loads import up_of
 from blockstat.program.given_joints import check_given
 from blockstat.typing import Floats
 from dynsim.judge.criteria import default_threshold
@@ -226,7 +227,7 @@ def _drop(assembly: Assembly, interfaces: Interfaces, gap: Floats, *, thrust: bo
 
 def _cosine(assembly: Assembly, interfaces: Interfaces) -> Floats:
     """Cosine of the angle between each joint's normal and gravity, shape (n_interfaces,)."""
-    return np.abs(interfaces.frame[:, 0] @ (assembly.gravity / np.linalg.norm(assembly.gravity)))
+    return np.abs(interfaces.frame[:, 0] @ up_of(assembly))
 
 
 def _refusal(assembly: Assembly, interfaces: Interfaces, at_fault: np.ndarray, drop: Floats) -> str:

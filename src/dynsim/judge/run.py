@@ -12,6 +12,7 @@ import numpy as np
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import check_number, known_options
+from blockstat.loads import up_of
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import bonds_of
 from dynsim.checks import check_engine
@@ -369,5 +370,5 @@ def height_of(assembly: Assembly) -> float:
         From the lowest corner to the highest [m].
     """
     free = np.repeat(~assembly.support, np.diff(assembly.vertex_start))
-    along = assembly.vertices[free] @ (assembly.gravity / np.linalg.norm(assembly.gravity))
+    along = assembly.vertices[free] @ up_of(assembly)
     return float(np.ptp(along))
