@@ -145,8 +145,10 @@ def repair_command(
 
 def _written(output: Path, units: str | None, up: str | None) -> str:
     """What the coordinates of a file that was written are in, and the options with which to read it."""
+    from blockstat.io.parts import own_up
+
     asked = [f"--{name} {value}" for name, value in (("units", units), ("up", up)) if value is not None]
-    frame = f"in {units or 'm'}, {up or ('y' if output.suffix.lower() == '.glb' else 'z')} up"
+    frame = f"in {units or 'm'}, {up or own_up(output.suffix)} up"
     return f"{frame}; read it with {' '.join(asked)}" if asked else frame
 
 

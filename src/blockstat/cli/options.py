@@ -161,11 +161,11 @@ def load(
         Where units, friction or the axis that is up look wrong, with what to type.
     """
     from blockstat.assembly import check_supports
-    from blockstat.io.parts import odd_gravity
+    from blockstat.io.parts import odd_gravity, own_up
     from blockstat.spec.files import blaming, read
 
     assembly = read(path, supports=None if supports is None else names_in(supports), units=units, up=up)
-    _UP["file"] = up or _own_up(path)
+    _UP["file"] = up or own_up(path.suffix)
     if stands:
         blaming(path, lambda: check_supports(assembly))
     assembly = modified(assembly, friction=friction, gravity=None, tilt=None)
@@ -215,11 +215,6 @@ def source_of(path: Path) -> str:
     return str(path) if up == "z" else f"{path}, turned: {up} up in the file, z up here"
 
 
-def _own_up(path: Path) -> str:
-    """The axis of a file that points up by its format."""
-    return "y" if path.suffix.lower() == ".glb" else "z"
-
-
 def doubt(assembly: Assembly, path: Path) -> None:
     """Warn where units or the axis that is up look wrong.
 
@@ -235,9 +230,9 @@ def doubt(assembly: Assembly, path: Path) -> None:
     InputWarning
         With what to type.
     """
-    from blockstat.io.parts import doubts
+    from blockstat.io.parts import doubts, own_up
 
-    for text in doubts(assembly, up=_own_up(path)):
+    for text in doubts(assembly, up=own_up(path.suffix)):
         warnings.warn(f"{path}: {text}", InputWarning, stacklevel=2)
 
 

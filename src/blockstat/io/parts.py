@@ -26,6 +26,22 @@ NEAR = 1e-6
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
 
+def own_up(suffix: str) -> str:
+    """Return the axis of a file that points up by its format.
+
+    Parameters
+    ----------
+    suffix : str
+        Of the file, as ".glb".
+
+    Returns
+    -------
+    str
+        One of `UP`.
+    """
+    return "y" if suffix.lower() == ".glb" else "z"
+
+
 def friction_said(friction: float) -> float | str:
     """Return what a JSON file says for a coefficient of friction.
 
