@@ -9,14 +9,14 @@ from typing import Annotated, Any
 import typer
 
 from blockstat.cli.cases import (
+    Basis,
     Case,
     LoadsFile,
     cases_command,
     chosen_case,
     growing_or_held,
-    inputs_under,
     load_and_loads,
-    said_under,
+    print_answer,
 )
 from blockstat.cli.chance import Imperfect, imperfections_of, reliability_command
 from blockstat.cli.displacement import capacity_command, code_check_command, settle_command
@@ -203,16 +203,16 @@ def check(
     with at_work(f"judging {assembly.n_blocks:,} blocks"):
         verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent, **options)
     write = partial(write_verdict, format=format or COMPAS_FORMATS[0])
+    basis = Basis(file, assembly, acting, "act", units, up, near)
     with drawn(output=(write, verdict, output)) as files:
         if as_json:
             summary = verdict.summary()
-            echo = inputs_under(assembly, acting, units=units, gap=near)
-            print_json({"file": str(file), "verdict": summary.pop("outcome"), **echo, **summary, **files})
+            print_json({"file": str(file), "verdict": summary.pop("outcome"), **basis.echo(), **summary, **files})
             return
         seconds = verdict.timings["total"]
         faces = verdict.interfaces
         typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
-        typer.echo(said_under(assembly, acting, units=units, gap=near))
+        typer.echo(basis.words())
         typer.echo(verdict.explain())
         if len(verdict.floating):
             typer.echo("Blocks that nothing holds need joints (`blockstat repair`, --gap) or a support (--supports).")
@@ -271,7 +271,8 @@ def limit(
         raise InputError("--imperfection goes with --load or --case")
     acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     if directions is not None:
-        over_the_horizon(file, assembly, directions, acting, flow, tolerance, output, units, near, as_json)
+        basis = Basis(file, assembly, acting, "stay", units, up, near)
+        over_the_horizon(basis, directions, flow, tolerance, output, as_json)
         return
     growing, permanent = load_and_loads(assembly, load, acting, weighted=True)
     allowed = imperfections_of(imperfection)
@@ -286,12 +287,8 @@ def limit(
             imperfections=allowed,
             progress=progress,
         )
-    basis: dict[str, Any] = {"live": growing_or_held(load), "units": units, "gap": near}
-    if as_json:
-        print_json({"file": str(file), **inputs_under(assembly, acting, **basis), **result.summary()})
-        return
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {result.timings['total']:.2f} s")
-    typer.echo(f"{said_under(assembly, acting, **basis)}\n{result.explain()}")
+    basis = Basis(file, assembly, acting, growing_or_held(load), units, up, near)
+    print_answer(basis, result, as_json=as_json, head=f", {result.timings['total']:.2f} s")
 
 
 @app.command("tilt")
@@ -326,17 +323,17 @@ def tilt_command(
     options: dict[str, Any] = {"loads": None if acting is None else acting.weighted_loads, "flow": flow, "gap": near}
     with at_work(f"tilting {assembly.n_blocks:,} blocks"):
         found = tilt_limit(assembly, about, imperfections=imperfections_of(imperfection), **options)
+    basis = Basis(file, assembly, acting, "act", units, up, near)
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
     if as_json:
         angles = {"axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
         kinds = {"kinds_deg": found.summary()["kinds"]} if found.kinds else {}
         worst = {"imperfections": found.worst} if found.worst else {}
         told = {"outcome": found.outcome.word, "warnings": list(found.warnings)}
-        echo = inputs_under(assembly, acting, units=units, gap=near)
-        print_json({"file": str(file), **angles, **kinds, **echo, **worst, **told})
+        print_json({"file": str(file), **angles, **kinds, **basis.echo(), **worst, **told})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, tilted about {axis}")
-    typer.echo(f"{said_under(assembly, acting, units=units, gap=near)}\n{found.explain()}")
+    typer.echo(f"{basis.words()}\n{found.explain()}")
 
 
 app.command("app")(app_command)
