@@ -9,7 +9,7 @@ import numpy as np
 from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.errors import check_choice
 from blockstat.typing import Floats
-from blockstat.view.painter import view_of
+from blockstat.view.painter import looked_at
 from blockstat.view.plot import DEMAND, Place, balanced, draw_joints, plot
 
 if TYPE_CHECKING:
@@ -158,8 +158,7 @@ def plot_utilisation(verdict: Verdict, place: Place, **options: Any) -> Place:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    look: dict[str, Any] = {"azimuth": -55.0, "elevation": 25.0} | options
-    view = view_of(look["azimuth"], look["elevation"])
+    look, view = looked_at(options)
     faces = verdict.interfaces
     bar = ScalarMappable(Normalize(0.0, 1.0), colormaps[DEMAND])
     used = utilisation(verdict)
@@ -214,8 +213,7 @@ def plot_reserve_map(found: ReserveMap, what: str, place: Place, **options: Any)
     from matplotlib.colors import Normalize
 
     check_choice("what", what, tuple(LABELS))
-    look: dict[str, Any] = {"azimuth": -55.0, "elevation": 25.0} | options
-    view = view_of(look["azimuth"], look["elevation"])
+    look, view = looked_at(options)
     faces, (label, step) = found.limit.interfaces, LABELS[what]
     value = step * np.abs(found.by(what))
     least = step * found.floor(what)  # up to here it is rounding
