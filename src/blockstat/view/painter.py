@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -26,12 +25,12 @@ OUTLINE = (0.45, 0.45, 0.45, 1.0)  #: colour of outlines, as part of the face's
 EDGE_ON = 1e-6
 
 
-def looked_at(options: Mapping[str, Any]) -> tuple[dict[str, Any], Floats]:
+def looked_at(options: dict[str, Any]) -> tuple[dict[str, Any], Floats]:
     """Return the options of a picture with the angles of the eye among them, and what is seen from there.
 
     Parameters
     ----------
-    options : mapping
+    options : dict
         Perhaps with "azimuth" and "elevation" [deg].
 
     Returns
