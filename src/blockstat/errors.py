@@ -330,10 +330,29 @@ def check_density(label: str, value: Any) -> float:
     >>> check_density("brick", 1800)
     1800.0
     """
-    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if not number or not 0 < value < HUGE:
+    if not is_number(value) or not 0 < value < HUGE:
         raise InputError(f'block "{label}": density is {value!r}; it must be a positive number of kg/m3')
     return float(value)
+
+
+def is_number(value: Any) -> bool:
+    """Return whether a value is a number, which True and False are not.
+
+    Parameters
+    ----------
+    value : object
+        What was given.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> is_number(1), is_number(True), is_number("1")
+    (True, False, False)
+    """
+    return isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
 
 
 def check_friction(value: Any, *, doubted: bool = False) -> float:
@@ -368,7 +387,7 @@ def check_friction(value: Any, *, doubted: bool = False) -> float:
     ...
     blockstat.errors.InputError: friction is -0.5; it must be a number of at least 0 (inf for no sliding)
     """
-    if not isinstance(value, (int, float, np.number)) or isinstance(value, bool) or not value >= 0:
+    if not is_number(value) or not value >= 0:
         raise InputError(f"friction is {value!r}; it must be a number of at least 0 (inf for no sliding)")
     if ROUGHEST < value < np.inf:
         raise InputError(TOO_ROUGH.format(value))
@@ -420,8 +439,7 @@ def check_positive(what: str, value: Any, *, least: float = 0.0) -> None:
     InputError
         For anything else.
     """
-    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if number and value >= least and 0 < value < np.inf:
+    if is_number(value) and value >= least and 0 < value < np.inf:
         return
     bound = f"at least {least:g}" if least else "above 0"
     finite = " and finite" if isinstance(value, (float, np.floating)) and not np.isfinite(value) else ""
@@ -452,8 +470,7 @@ def check_number(what: str, value: Any, *, least: float = -np.inf, most: float =
     ...
     blockstat.errors.InputError: settlement: start is -1.0; it must be a number of at least 0
     """
-    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if number and np.isfinite(value) and least <= value <= most:
+    if is_number(value) and np.isfinite(value) and least <= value <= most:
         return
     if np.isfinite(least) and np.isfinite(most):
         raise InputError(f"{what} is {value!r}; it must be from {least:g} to {most:g}")
