@@ -25,7 +25,7 @@ from blockstat.assembly import Assembly
 from blockstat.certificate.check import FORCE_TOLERANCE, balance, force_errors
 from blockstat.certificate.neutral import ON_A_LINE, loose_blocks
 from blockstat.contact.coplanar import Parts, Patch, Patches, joints_of_patches
-from blockstat.contact.faces import convex_pieces, opened, outline_hull
+from blockstat.contact.faces import convex_polygons, opened, outline_hull
 from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import WIDTH, Interfaces
 from blockstat.contact.tolerance import LOOSE
@@ -323,7 +323,7 @@ def _what_is_wide(points: Floats, parts: list[Floats], across: Floats, least: fl
     room = WIDTH * least
     solid = [shapely.buffer(shapely.Polygon(own), room, join_style="mitre") for own in flat if len(own) > 2]
     wide = shapely.get_parts(opened(shapely.union_all(solid), least))
-    pieces = [piece for own in wide if own.geom_type == "Polygon" and own.area > 0 for piece in convex_pieces(own)]
+    pieces = [piece for own in wide if own.geom_type == "Polygon" and own.area > 0 for piece in convex_polygons(own)]
     if not pieces:
         return _Narrow(np.ones(len(points), dtype=bool), np.empty((0, 3)), [])
     bare = [own for own in flat if len(own) == 1 or (len(own) == 2 and np.linalg.norm(own[1] - own[0]) >= least)]

@@ -235,7 +235,7 @@ def chosen_case(
     if case is None:
         if loads is not None:
             raise InputError("--loads gives load cases; choose one by --case NAME")
-        doubt_loads(assembly.metadata, file)
+        warn_of_idle_loads(assembly.metadata, file)
         return None
     from blockstat.loading.cases import load_case
     from blockstat.spec.files import load_file, located
@@ -250,7 +250,7 @@ def chosen_case(
     return found if tilt is None else found.under_gravity_of(assembly)
 
 
-def doubt_loads(tables: Mapping[str, Any], file: Path, *, chosen: bool = True, listed: bool = False) -> None:
+def warn_of_idle_loads(tables: Mapping[str, Any], file: Path, *, chosen: bool = True, listed: bool = False) -> None:
     """Warn that the loads of a scene do not act, where no case of it is chosen.
 
     Parameters

@@ -33,12 +33,12 @@ from blockstat.cli.options import (
     Units,
     Up,
     Version,
-    doubt,
     gap_of,
     names_in,
     numbers,
     print_json,
     run_app,
+    warn_of_odd_numbers,
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.pictures import app_command, picture_to_write, plot_command
@@ -137,7 +137,7 @@ def repair_command(
         typer.echo("blockstat heal is now blockstat repair, and goes with 0.3", err=True)
     chosen = None if supports is None else names_in(supports)
     assembly, report = repair(file, gap=GAP if gap is None else gap, supports=chosen, units=units, up=up)
-    doubt(assembly, file)
+    warn_of_odd_numbers(assembly, file)
     write(assembly, output, units=units, up=up)
     typer.echo(report.explain())
     typer.echo(f"{output}: {assembly.n_blocks} blocks, {_written(output, units, up)}")

@@ -175,7 +175,7 @@ def settle_command(
     near = gap_of(gap)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     for displacement in moves.values():
-        doubt_movement(assembly, "--move", displacement)
+        warn_of_far_movement(assembly, "--move", displacement)
     chosen = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     here, moved = (None, None) if chosen is None else (chosen.loads, chosen.placed_loads)
     with at_work(f"settling {assembly.n_blocks:,} blocks") as say:
@@ -204,7 +204,7 @@ def settle_command(
         written(files)
 
 
-def doubt_movement(assembly: Assembly, option: str, movement: Sequence[float]) -> None:
+def warn_of_far_movement(assembly: Assembly, option: str, movement: Sequence[float]) -> None:
     """Warn where supports are to move further than the blocks reach.
 
     Parameters

@@ -167,7 +167,7 @@ def load(
     if stands:
         blaming(path, lambda: check_supports(assembly))
     assembly = modified(assembly, friction=friction, gravity=None, tilt=None)
-    doubt(assembly, path)
+    warn_of_odd_numbers(assembly, path)
     if gravity is not None:
         assembly = modified(assembly, friction=None, gravity=gravity, tilt=None)
         for text in odd_gravity(assembly):
@@ -217,7 +217,7 @@ def source_of(path: Path, up: str | None = None) -> str:
     return str(path) if up == "z" else f"{path}, turned: {up} up in the file, z up here"
 
 
-def doubt(assembly: Assembly, path: Path) -> None:
+def warn_of_odd_numbers(assembly: Assembly, path: Path) -> None:
     """Warn where units or the axis that is up look wrong.
 
     Parameters

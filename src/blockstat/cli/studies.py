@@ -17,12 +17,12 @@ from blockstat.cli.cases import (
     case_answers,
     case_warnings,
     chosen_case,
-    doubt_loads,
     growing_or_held,
     load_and_loads,
     loads_echoed,
     loads_said,
     print_answer,
+    warn_of_idle_loads,
     warn_of_left_out,
     warn_of_no_mass,
 )
@@ -304,7 +304,7 @@ def write_report(
     near = GAP if gap is None else gap
     cases = all_cases(assembly, file, loads, gap=near, tilt=tilt)
     if case is None:
-        doubt_loads({"cases": {name: {} for name in cases}}, loads or file, listed=True)
+        warn_of_idle_loads({"cases": {name: {} for name in cases}}, loads or file, listed=True)
     elif case not in cases:
         chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)  # which names those that there are
     chosen = None if case is None else cases[case]

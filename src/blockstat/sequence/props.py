@@ -302,8 +302,8 @@ def check_on_block(assembly: Assembly, block: int, prop: Prop, called: str) -> N
     """
     place, low, high = np.asarray(prop.point, dtype=float), assembly.bounds[0][block], assembly.bounds[1][block]
     # The whole box: the centre of a warped face or of a notched one lies in it, and so does a hoist's centroid.
-    room = ON_BLOCK * float(assembly.size[block])
-    if not ((low - room <= place) & (place <= high + room)).all():
+    slack = ON_BLOCK * float(assembly.size[block])
+    if not ((low - slack <= place) & (place <= high + slack)).all():
         raise InputError(
             f'{called} at {place.tolist()} is not on block "{prop.block}", which is from {low.round(6).tolist()} '
             f"to {high.round(6).tolist()}"

@@ -116,11 +116,11 @@ def eccentricity(interfaces: Interfaces, point: Floats) -> Floats:
         twice = flat[:, 0] * np.roll(flat[:, 1], -1) - flat[:, 1] * np.roll(flat[:, 0], -1)
         middle = ((flat + np.roll(flat, -1, axis=0)) * twice[:, None]).sum(axis=0) / (3 * twice.sum())
         outward = np.column_stack([edge[:, 1], -edge[:, 0]]) * np.sign(twice.sum())
-        room = np.einsum("ij,ij->i", outward, flat - middle)
+        clearance = np.einsum("ij,ij->i", outward, flat - middle)
         reach = outward @ ((point[k] - corner[0]) @ frame[1:].T - middle)
         # An edge of no length, where two corners coincide, bounds nothing.
-        real = room > 1e-12 * room.max()
-        result[k] = max(float((reach[real] / room[real]).max()), 0.0)
+        real = clearance > 1e-12 * clearance.max()
+        result[k] = max(float((reach[real] / clearance[real]).max()), 0.0)
     return result
 
 

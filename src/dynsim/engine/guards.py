@@ -40,7 +40,7 @@ LOST = "was lost in the simulation (its position is not a number); forces, veloc
 OVERLAP = 0.05
 
 
-def check_assembly(assembly: Assembly) -> None:
+def check_can_simulate(assembly: Assembly) -> None:
     """Check that Bullet can simulate a scene rightly.
 
     Parameters

@@ -26,8 +26,8 @@ from dynsim.engine.bodies import Shape, filled_blocks, hull_obj, likeness, shape
 from dynsim.engine.bullet import ENGINE, contact_points, import_bullet, matrices, quaternion
 from dynsim.engine.friction import block_friction, common_friction, has_own_friction
 from dynsim.engine.guards import (
-    check_assembly,
     check_blocks,
+    check_can_simulate,
     check_overlap,
     check_places,
     check_rotations,
@@ -129,7 +129,7 @@ class World:
         InputError
             For a scene that Bullet cannot simulate rightly.
         """
-        check_assembly(assembly)
+        check_can_simulate(assembly)
         free = ~assembly.support
         self.assembly, self.settings = assembly, settings
         if interfaces is not None:

@@ -16,7 +16,7 @@ from blockstat.loads import up_of
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import bonds_of
 from dynsim.checks import check_engine
-from dynsim.engine.guards import check_assembly
+from dynsim.engine.guards import check_can_simulate
 from dynsim.engine.lmgc90 import Lmgc90World
 from dynsim.engine.world import Action, World
 from dynsim.judge.closing import closed_scene
@@ -271,7 +271,7 @@ def simulate(
     settings = Settings.of(settings)
     check_number("hold", hold, least=0)
     check_engine(engine)
-    check_assembly(assembly)
+    check_can_simulate(assembly)
     start = process_time()
     times, displacement, rotation, kinetic = [], [], [], []
     removed = np.full(assembly.n_blocks, np.inf)
