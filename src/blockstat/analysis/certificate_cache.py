@@ -126,7 +126,7 @@ class Memory:
             With the certificate on the new problem; None where they do not prove the same.
         """
         if outcome is Outcome.STABLE:
-            kind, force, twist = "forces", certificate.balance_in_cones(program, vector), np.zeros_like(program.load)
+            kind, force, twist = "forces", certificate.settle(program, vector), np.zeros_like(program.load)
         else:
             kind, force = "mechanism", np.zeros((len(program.friction), 3))
             twist = with_interior_motion(program, vector, problem.motions())

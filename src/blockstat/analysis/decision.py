@@ -161,7 +161,7 @@ def _checked(
         if second.required_force > found.required_force:
             twist, found = wider, second
     if correct is not None and not _proves(found):
-        settled = certificate.balance_in_cones(program, force)
+        settled = certificate.settle(program, force)
         second = certificate.check(program, settled, twist)
         if second.proves_stable:
             force, found = settled, second

@@ -133,7 +133,7 @@ def _solver_in_plane(program: PenaltyProgram, plane: Plane, weights: Floats) -> 
     return lambda residual: plane.unfold @ normal.solve(plane.unfold.T @ residual)
 
 
-def balance_in_cones(program: PenaltyProgram, force: Floats, *, trials: int = 4) -> Floats:
+def settle(program: PenaltyProgram, force: Floats, *, trials: int = 4) -> Floats:
     """Balance forces; where that leaves their cones, press them back and balance them again.
 
     Parameters

@@ -31,7 +31,6 @@ NAMES = {
     "blockstat.solve.certificate.cone_room": "blockstat.certificate.check.cone_slack",
     "blockstat.solve.certificate.opening_room": "blockstat.certificate.check.opening_slack",
     "blockstat.solve.certificate.room_of": "blockstat.certificate.check.point_slack",
-    "blockstat.solve.certificate.settle": "blockstat.certificate.check.balance_in_cones",
     "blockstat.solve.dual.solve": "blockstat.solve.penalty.solve_penalty",
     "blockstat.utilisation.picture_of_utilisation": "blockstat.plot_utilisation",
     "dynsim.first_motion.cosine": "dynsim.first_motion_cosine",

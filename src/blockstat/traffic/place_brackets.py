@@ -243,7 +243,7 @@ class PlaceBrackets:
         mixed = (1 - share) * self.fields[a] + share * self.fields[b]
         guess = (1 - 0.5 * self.tolerance) * mixed + 0.5 * self.tolerance * self.inside
         nothing = np.zeros_like(self.program.load)
-        force = certificate.balance_in_cones(at, guess)
+        force = certificate.settle(at, guess)
         if not certificate.check(at, force, nothing).proves_stable:
             return False
         self.lower[k], self.fields[k] = value, force

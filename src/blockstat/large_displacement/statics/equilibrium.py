@@ -229,7 +229,7 @@ def checked(program: PenaltyProgram, force: Floats, *, settles: bool = True) -> 
     balanced = certificate.balance(program, force)
     proven = certificate.check(program, balanced, np.zeros_like(program.load)).proves_stable
     if not proven and settles:
-        settled = certificate.balance_in_cones(program, balanced)
+        settled = certificate.settle(program, balanced)
         if certificate.check(program, settled, np.zeros_like(program.load)).proves_stable:
             return settled, True
     return balanced, proven
