@@ -14,6 +14,7 @@ import numpy as np
 from blockstat.typing import Floats
 
 MOST_TOLD = 20  #: errors that one message tells
+LISTED = 20  #: names that are listed where one does not exist
 HUGE = 1e30  #: no length, density, acceleration or force of a building comes near it
 ROUGH = 3.0  #: friction above it is none of stone on stone; the tangent of 70 degrees occurs
 ROUGHEST = 1e6  #: the largest coefficient of friction that is finite: cones that are wider lose the digits of forces
@@ -208,7 +209,7 @@ def check_assembly(what: str, value: Any) -> None:
     raise InputError(f"{what} is {with_article(type(value).__name__)}{shown}; it must be an Assembly: {made}")
 
 
-def no_such(what: str, given: Any, existing: Iterable[str], *, plural: str = "", limit: int = 20) -> InputError:
+def no_such(what: str, given: Any, existing: Iterable[str]) -> InputError:
     """Return the error for a name that nothing has; raise what it returns.
 
     Parameters
@@ -219,10 +220,6 @@ def no_such(what: str, given: Any, existing: Iterable[str], *, plural: str = "",
         The name that was given.
     existing : iterable of str
         The names that exist.
-    plural : str, optional
-        The plural of `what` where it is not `what` with an s.
-    limit : int, optional
-        At most so many names are listed.
 
     Returns
     -------
@@ -234,7 +231,7 @@ def no_such(what: str, given: Any, existing: Iterable[str], *, plural: str = "",
     >>> str(no_such("group", "wal", ["ground", "wall"]))
     'no group "wal"; groups are: ground, wall'
     """
-    return InputError(f'no {what} "{given}"; {plural or what + "s"} are: {some(list(existing), limit) or "none"}')
+    return InputError(f'no {what} "{given}"; {what}s are: {some(list(existing), LISTED) or "none"}')
 
 
 def some(names: Sequence[Any], limit: int = 8) -> str:
@@ -333,10 +330,29 @@ def check_density(label: str, value: Any) -> float:
     >>> check_density("brick", 1800)
     1800.0
     """
-    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if not number or not 0 < value < HUGE:
+    if not is_number(value) or not 0 < value < HUGE:
         raise InputError(f'block "{label}": density is {value!r}; it must be a positive number of kg/m3')
     return float(value)
+
+
+def is_number(value: Any) -> bool:
+    """Return whether a value is a number, which True and False are not.
+
+    Parameters
+    ----------
+    value : object
+        What was given.
+
+    Returns
+    -------
+    bool
+
+    Examples
+    --------
+    >>> is_number(1), is_number(True), is_number("1")
+    (True, False, False)
+    """
+    return isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
 
 
 def check_friction(value: Any, *, doubted: bool = False) -> float:
@@ -371,7 +387,7 @@ def check_friction(value: Any, *, doubted: bool = False) -> float:
     ...
     blockstat.errors.InputError: friction is -0.5; it must be a number of at least 0 (inf for no sliding)
     """
-    if not isinstance(value, (int, float, np.number)) or isinstance(value, bool) or not value >= 0:
+    if not is_number(value) or not value >= 0:
         raise InputError(f"friction is {value!r}; it must be a number of at least 0 (inf for no sliding)")
     if ROUGHEST < value < np.inf:
         raise InputError(TOO_ROUGH.format(value))
@@ -423,8 +439,7 @@ def check_positive(what: str, value: Any, *, least: float = 0.0) -> None:
     InputError
         For anything else.
     """
-    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if number and value >= least and 0 < value < np.inf:
+    if is_number(value) and value >= least and 0 < value < np.inf:
         return
     bound = f"at least {least:g}" if least else "above 0"
     finite = " and finite" if isinstance(value, (float, np.floating)) and not np.isfinite(value) else ""
@@ -455,8 +470,7 @@ def check_number(what: str, value: Any, *, least: float = -np.inf, most: float =
     ...
     blockstat.errors.InputError: settlement: start is -1.0; it must be a number of at least 0
     """
-    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if number and np.isfinite(value) and least <= value <= most:
+    if is_number(value) and np.isfinite(value) and least <= value <= most:
         return
     if np.isfinite(least) and np.isfinite(most):
         raise InputError(f"{what} is {value!r}; it must be from {least:g} to {most:g}")

@@ -25,7 +25,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from blockstat.errors import ROUGHEST, TOO_ROUGH, InputError, no_such
+from blockstat.errors import ROUGHEST, TOO_ROUGH, InputError, is_number, no_such
 
 #: Cells along each side of a joint that may crush, unless the law says how many.
 CELLS = 8
@@ -66,7 +66,7 @@ class JointLaw:
         for name in ("friction", "tension", "bond", "cohesion", "bond_moment", "compression"):
             value = getattr(self, name)
             missing = value is None and name not in ("tension", "bond")
-            if not missing and (isinstance(value, bool) or not isinstance(value, (int, float, np.number))):
+            if not missing and not is_number(value):
                 raise InputError(f"joint law between {label}: {name} is {value!r}; it must be a number")
         if self.friction is not None and not self.friction >= 0:
             raise InputError(f"joint law between {label}: friction is {self.friction!r}; it must be at least 0")
@@ -193,7 +193,7 @@ class Tie:
             raise InputError(f"{label}: points are {self.points!r}; they must be two different points of three numbers")
         for field in ("least", "greatest"):
             value = getattr(self, field)
-            if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not value >= 0:
+            if not is_number(value) or not value >= 0:
                 raise InputError(f"{label}: {field} is {value!r}; it must be a number of at least 0")
             if STRONGEST < value < np.inf:
                 raise InputError(f"{label}: {field} is {value!r} N; it must be at most {STRONGEST:g} N, or inf")

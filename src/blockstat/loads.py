@@ -23,6 +23,42 @@ if TYPE_CHECKING:
 ON_BLOCK = 1e-6
 
 
+def up_of(assembly: Assembly) -> Floats:
+    """Return the unit vector against gravity.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Has the gravity.
+
+    Returns
+    -------
+    array of float, shape (3,)
+    """
+    return -assembly.gravity / np.linalg.norm(assembly.gravity)
+
+
+def horizontal(assembly: Assembly) -> Floats:
+    """Return two unit vectors at right angles to gravity: x and y where gravity is vertical.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks, with their gravity.
+
+    Returns
+    -------
+    array of float, shape (2, 3)
+        The horizontal part of x (of z, where gravity is along x), and what stands to its left seen from above.
+    """
+    up = up_of(assembly)
+    first = np.array([1.0, 0.0, 0.0]) - up[0] * up
+    if np.linalg.norm(first) < 1e-6:  # gravity along x: any direction will do
+        first = np.array([0.0, 0.0, 1.0]) - up[2] * up
+    first: Floats = first / np.linalg.norm(first)
+    return np.array([first, np.cross(up, first)])
+
+
 @dataclass(frozen=True, eq=False)
 class WeightedLoads:
     """Loads that stay, with the factor on the weight that goes with them: so it follows densities that change.
@@ -142,7 +178,7 @@ def _integrals_of(assembly: Assembly, height: Floats, factor: Floats) -> tuple[F
     By the divergence theorem they are those of F n_z over the surface, where F' = f, and of F n_z r; that of f z is the
     integral of G n_z, where G' = z f. F and G are cubic at most between two heights, at which triangles are split.
     """
-    up = -assembly.gravity / np.linalg.norm(assembly.gravity)
+    up = up_of(assembly)
     block = np.repeat(assembly.face_block, np.diff(assembly.face_start))
     triangle = fans(assembly.vertices[assembly.face_vertices] - assembly.centroid[block], assembly.face_start)
     knot = height - (assembly.centroid @ up)[:, None]  # above the centroid, shape (n_blocks, k)

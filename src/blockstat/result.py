@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+ALIKE = 8  #: names that are listed where one does not exist, those like it first
+
 
 class Sentence(Enum):
     """An answer whose value is the sentence that a user reads.
@@ -156,7 +158,7 @@ def listed(names: Sequence[str], limit: int) -> str:
     return ", ".join(names[:limit]) + more
 
 
-def names_like(names: Sequence[str], given: str, limit: int = 8) -> str:
+def names_like(names: Sequence[str], given: str) -> str:
     """Return names of blocks in words: of many those that are spelled like one that was given, and the first.
 
     Parameters
@@ -165,8 +167,6 @@ def names_like(names: Sequence[str], given: str, limit: int = 8) -> str:
         All of them.
     given : str
         A name that none of them has.
-    limit : int, optional
-        How many are named at most.
 
     Returns
     -------
@@ -182,9 +182,9 @@ def names_like(names: Sequence[str], given: str, limit: int = 8) -> str:
     from difflib import get_close_matches
 
     shown, more = list(names), ""
-    if len(names) > limit:
+    if len(names) > ALIKE:
         close = get_close_matches(given, names)
-        shown = [*close, *[name for name in names if name not in close][: limit - len(close)]]
+        shown = [*close, *[name for name in names if name not in close][: ALIKE - len(close)]]
         more = f", ... ({len(names)} in all)"
     if not any("," in name for name in shown):
         return ", ".join(shown) + more

@@ -26,7 +26,7 @@ from blockstat.contact.faces import (
     as_searched,
     concave_patches,
     convex_faces,
-    convex_pieces,
+    convex_polygons,
     frames,
     joined_convex,
     outline_hull,
@@ -1075,7 +1075,7 @@ def test_a_concave_joint_has_its_area_however_it_lies(seed, sunk):
 
 def test_a_ring_has_the_area_of_the_ring():
     ring = [(0, 0), (4, 0), (4, 4), (0, 4), (0, 0), (1, 1), (1, 3), (3, 3), (3, 1), (1, 1)]
-    pieces = convex_pieces(shapely.Polygon(ring[:4], [ring[5:9]]))
+    pieces = convex_polygons(shapely.Polygon(ring[:4], [ring[5:9]]))
     assert sum(shapely.Polygon(p).area for p in pieces) == pytest.approx(12.0)
     assert shapely.union_all([shapely.Polygon(p) for p in pieces]).area == pytest.approx(12.0)
     assert len(pieces) <= 6

@@ -92,7 +92,7 @@ ROOMS = {
     "loads": (
         loaded,
         [on_faces.body_load, on_faces.surface_load, on_faces.facing, on_faces.patch_load, on_faces.line_load,
-         ground.fluid_pressure, ground.fill_load, ground.dispersed_load, ground.below, faces.free_faces,
+         ground.fluid_pressure, ground.fill_load, ground.dispersed_load, faces.free_faces,
          blockstat.acceleration, glued, Assembly.from_blocks],
     ),
     "runs": (simulated, [dynsim.verify, dynsim.simulate, dynsim.limit, dynsim.sequence, dynsim.find_cracks]),

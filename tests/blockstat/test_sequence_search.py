@@ -34,7 +34,7 @@ from blockstat import (
 )
 from blockstat.cli.commands import app
 from blockstat.sequence import order, plan, search
-from blockstat.sequence.insertion import insertion_direction
+from blockstat.sequence.insertion import StraightMotions
 from blockstat.sequence.states import Whole
 from building_sites import arch, prism, slab, tee
 
@@ -52,12 +52,11 @@ def placed(found):
 
 def test_a_drawer_comes_in_from_the_front_and_not_from_above():
     assembly = drawer()
-    faces, everything = find_interfaces(assembly), np.ones(5, dtype=bool)
-    direction = insertion_direction(assembly, faces, 3, everything)
-    assert np.abs(direction) == pytest.approx([0, 1, 0], abs=1e-6)
+    motions, everything = StraightMotions(assembly, find_interfaces(assembly)), np.ones(5, dtype=bool)
+    assert np.abs(motions.find([3], everything).direction) == pytest.approx([0, 1, 0], abs=1e-6)
     without = everything.copy()
     without[4] = False
-    assert insertion_direction(assembly, faces, 3, without) == pytest.approx([0, 0, -1], abs=1e-6)
+    assert motions.find([3], without).direction == pytest.approx([0, 0, -1], abs=1e-6)
 
 
 def test_walls_before_and_behind_leave_only_the_way_from_above():
@@ -67,7 +66,7 @@ def test_walls_before_and_behind_leave_only_the_way_from_above():
     shapes = [(0, 1, 0, 1), (2, 3, 0, 1), (1, 2, 0, 1), (0, 3, 1, 1.5)]
     blocks = [slab(*shape, name) for shape, name in zip(shapes, assembly.names[1:], strict=True)]
     fenced = Assembly.from_blocks([ground, *fences, *blocks], supports=["ground", "front", "back"], friction=0.6)
-    assert insertion_direction(fenced, find_interfaces(fenced), 5, np.ones(7, dtype=bool)) is None
+    assert StraightMotions(fenced, find_interfaces(fenced)).find([5], np.ones(7, dtype=bool)).direction is None
     found = find_order(fenced, held_at_most=1, insertion=True)
     assert placed(found)[-1] == "lid"
     assert all(way == pytest.approx([0, 0, -1], abs=1e-6) for way in found.plan.metadata["insertion"].values())

@@ -37,7 +37,7 @@ from dynsim.judge.limit import LimitOutcome, Trial, _Search
 from dynsim.judge.limit import _warnings as limit_warnings
 from dynsim.judge.rest import RestDetection, last_change, stays, threshold_under, trend
 from dynsim.judge.run import Contacts, height_of
-from dynsim.judge.stages import chain, stages
+from dynsim.judge.stages import joints_to_furthest_block, stages
 from dynsim.judge.static_reserve import StaticReserve
 from dynsim.judge.verify import _Evaluator, _staged, _warnings
 from evidence.scenes.edges import two_ridges
@@ -234,14 +234,14 @@ def test_a_chain_is_the_way_to_the_nearest_support():
     blocks = [box((k, 0, 0), (k + 1, 1, 1), name=f"c{k}") for k in range(7)]
     for supports, expected in (([0], 6), ([0, 6], 3), ([0, 5], 2), ([3], 3), (range(7), 0)):
         asm = assembly(blocks, supports=list(supports))
-        assert chain(asm, find_interfaces(asm)) == expected
+        assert joints_to_furthest_block(asm, find_interfaces(asm)) == expected
     apart = assembly([*blocks[:3], box((9, 9, 9), (10, 10, 10), name="apart")], supports=[0])
-    assert chain(apart, find_interfaces(apart)) == 2
+    assert joints_to_furthest_block(apart, find_interfaces(apart)) == 2
     # Two seats of one block on another are one joint on the way.
     posts = assembly([box((0, 0, 0), (1, 1, 1)), box((2, 0, 0), (3, 1, 1)), box((0, 0, 1), (3, 1, 2))], supports=[0, 1])
     joints = find_interfaces(posts)
     twice = replace(joints, pair=np.zeros_like(joints.pair) + (0, 2))
-    assert (joints.n_interfaces, chain(posts, twice)) == (2, 1)
+    assert (joints.n_interfaces, joints_to_furthest_block(posts, twice)) == (2, 1)
 
 
 def test_contact_forces_are_on_the_second_block_and_against_the_first():

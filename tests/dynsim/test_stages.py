@@ -7,7 +7,7 @@ from blockstat import Assembly, assess, box, build, find_interfaces
 from blockstat.spec import scene_from
 from dynsim import Constant, Settings, verify
 from dynsim.judge.rest import RestDetection
-from dynsim.judge.stages import chain, stages
+from dynsim.judge.stages import joints_to_furthest_block, stages
 from dynsim.judge.static_reserve import FINE, StaticReserve
 from evidence.references.dynamics import out_of_plane, thinner_arch
 from evidence.scenes.small import arch, stack
@@ -16,8 +16,8 @@ from evidence.scenes.small import arch, stack
 @pytest.mark.parametrize("n", [9, 40])
 def test_a_chain_ends_at_the_crown(n):
     # The block furthest from both springers has half of the joints, rounded up, to cross.
-    assert chain(arch(n, 0.15), find_interfaces(arch(n, 0.15))) == (n + 1) // 2
-    assert chain(stack(n), find_interfaces(stack(n))) == n
+    assert joints_to_furthest_block(arch(n, 0.15), find_interfaces(arch(n, 0.15))) == (n + 1) // 2
+    assert joints_to_furthest_block(stack(n), find_interfaces(stack(n))) == n
 
 
 def test_a_stand_is_believed_at_one_step_and_a_fall_checked_at_two_others():

@@ -409,8 +409,9 @@ def test_the_envelope_alone_has_the_worst_place_of_the_whole_line_and_all_places
 
 def train_at(asm, axles, path, place, side):
     from blockstat.contact.interfaces import find_interfaces
-    from blockstat.loading.faces import selected, up_of
+    from blockstat.loading.faces import selected
     from blockstat.loading.on_faces import facing
+    from blockstat.loads import up_of
     from blockstat.traffic.places import road_along, train_loads
 
     faces = facing(asm, selected(asm, None, None), up_of(asm), find_interfaces(asm))

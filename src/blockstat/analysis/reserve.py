@@ -25,7 +25,7 @@ from blockstat.assembly import Assembly
 from blockstat.certificate.check import FORCE_TOLERANCE, balance, force_errors
 from blockstat.certificate.neutral import ON_A_LINE, loose_blocks
 from blockstat.contact.coplanar import Parts, Patch, Patches, joints_of_patches
-from blockstat.contact.faces import convex_pieces, opened, outline_hull
+from blockstat.contact.faces import convex_polygons, opened, outline_hull
 from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import WIDTH, Interfaces
 from blockstat.contact.tolerance import LOOSE
@@ -45,6 +45,7 @@ SLIVER = 1e-3
 LENT = 1e-3
 #: Corners slower than this fraction of the fastest are at rest.
 SLOW = 0.01
+NAMED = 3  #: blocks, or joints of a kind, that a warning names
 
 
 def neutral_blocks(problem: Problem, checked: Answer, *, solver: str = "auto") -> Ints:
@@ -140,7 +141,7 @@ def _rates(problem: Problem, body: Ints, free: Ints) -> sparse.csr_array:
     return sparse.csr_array(entries, shape=(len(way), 6 * len(free)))
 
 
-def neutral_warning(problem: Problem, neutral: Ints, limit: int = 3) -> list[str]:
+def neutral_warning(problem: Problem, neutral: Ints) -> list[str]:
     """Say that a stable assembly has no reserve.
 
     Parameters
@@ -149,8 +150,6 @@ def neutral_warning(problem: Problem, neutral: Ints, limit: int = 3) -> list[str
         The posed problem.
     neutral
         The blocks that a neutral motion moves.
-    limit
-        Most blocks that are named.
 
     Returns
     -------
@@ -159,7 +158,7 @@ def neutral_warning(problem: Problem, neutral: Ints, limit: int = 3) -> list[str
     """
     if not len(neutral):
         return []
-    names = listed([f'"{problem.assembly.names[i]}"' for i in neutral], limit)
+    names = listed([f'"{problem.assembly.names[i]}"' for i in neutral], NAMED)
     return [f"balanced: in equilibrium without reserve; nothing resists a small push that moves {names}"]
 
 
@@ -324,7 +323,7 @@ def _what_is_wide(points: Floats, parts: list[Floats], across: Floats, least: fl
     room = WIDTH * least
     solid = [shapely.buffer(shapely.Polygon(own), room, join_style="mitre") for own in flat if len(own) > 2]
     wide = shapely.get_parts(opened(shapely.union_all(solid), least))
-    pieces = [piece for own in wide if own.geom_type == "Polygon" and own.area > 0 for piece in convex_pieces(own)]
+    pieces = [piece for own in wide if own.geom_type == "Polygon" and own.area > 0 for piece in convex_polygons(own)]
     if not pieces:
         return _Narrow(np.ones(len(points), dtype=bool), np.empty((0, 3)), [])
     bare = [own for own in flat if len(own) == 1 or (len(own) == 2 and np.linalg.norm(own[1] - own[0]) >= least)]
@@ -448,7 +447,7 @@ def _closing_patches(assembly: Assembly, interfaces: Interfaces, joints: Ints) -
 
 
 def doubt_warning(
-    problem: Problem, doubtful: Doubtful, answer: str = "stable", bare: str = "it is not proven stable", limit: int = 3
+    problem: Problem, doubtful: Doubtful, answer: str = "stable", bare: str = "it is not proven stable"
 ) -> list[str]:
     """Say which doubtful joints an answer rests on.
 
@@ -462,8 +461,6 @@ def doubt_warning(
         What is so with them.
     bare
         What is so without them.
-    limit
-        Most joints of each kind that are named.
 
     Returns
     -------
@@ -478,7 +475,7 @@ def doubt_warning(
     listed_kinds = []
     for words, joints in kinds:
         pairs = [f'"{names[a]}" to "{names[b]}"' for a, b in problem.interfaces.pair[joints].tolist()]
-        listed_kinds += [f"{words}: {listed(pairs, limit)}"] if pairs else []
+        listed_kinds += [f"{words}: {listed(pairs, NAMED)}"] if pairs else []
     return [f"{answer} only with {', and '.join(listed_kinds)}; without them {bare}"]
 
 

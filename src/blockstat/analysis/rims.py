@@ -16,7 +16,7 @@ from blockstat.contact.point_law import point_law
 from blockstat.contact.tolerance import beyond, gap_words, stated_length
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from blockstat.geometry.polyhedron import point_velocity
-from blockstat.loads import Loads, weighted
+from blockstat.loads import Loads, up_of, weighted
 from blockstat.program.ties import tied_pairs
 from blockstat.result import plain
 from blockstat.typing import Floats, Ints
@@ -153,7 +153,7 @@ def falling_freely(problem: Problem, loads: Loads | None = None, held: Ints = NO
         return NOWHERE
     law = point_law(assembly, interfaces)
     tied = np.union1d(interfaces.point_interface[(law.floor > 0) | (law.shift > 0)], problem.bonds)
-    down = assembly.gravity / np.linalg.norm(assembly.gravity)
+    down = -up_of(assembly)
     beside = np.zeros((assembly.n_blocks, 6)) if loads is None else np.asarray(weighted(loads).beside)
     near = np.array([(other.a, other.b) for other in interfaces.dropped], dtype=np.int64)
     carried = assembly.support | beside.any(axis=1)

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from blockstat.app.words import TROUBLE
+
 if TYPE_CHECKING:
     import viser
 
@@ -136,7 +138,7 @@ def outside(path: str, value: float, found: Range, used: float) -> str:
     """
     unit = _unit(path)
     words = f"{path}: {value:g}{unit} is outside {found.min:g} to {found.max:g}{unit}; {used:g}{unit} is used"
-    box = "border-left:4px solid #D55E00;background:#fdf3ec;padding:.4em .6em;margin:0 10px .6em;font-size:.85em"
+    box = f"{TROUBLE};margin:0 10px .6em;font-size:.85em"
     return f'<div role="alert" style="{box}">{escape(words)}</div>'
 
 

@@ -11,7 +11,7 @@ from blockstat.app.design import ALWAYS, FALLING, LEAST, NEVER, PUSHES, SUFFIXES
 from blockstat.app.files import SAVES, SCENE, Saved, scene_file
 from blockstat.app.words import NO_BLOCK, Known, waiting
 from blockstat.errors import InputError
-from blockstat.io.parts import UNITS, UP
+from blockstat.io.parts import UNITS, UP, own_up
 from blockstat.view.three_d.colouring import CHOICES
 from blockstat.view.three_d.dress import ON_NARROW, ON_WIDE, named
 
@@ -279,7 +279,7 @@ class Layout:
             gui.add_html(f'<div style="margin:0 10px .6em">{escape(text)}</div>')
             supports = gui.add_text("supports", "", hint="names of blocks that cannot move, or lowest")
             unit = gui.add_dropdown("units", tuple(UNITS), initial_value=units, hint="of the coordinates")
-            first = up or ("y" if name.lower().endswith(".glb") else "z")
+            first = up or own_up(PurePath(name).suffix)
             axis = gui.add_dropdown("up", UP, initial_value=first, hint="what points up; y in GLB, unless said")
             largest = gui.add_text(
                 "gap", gap or "", hint='largest gap of a joint: a share of the block size, or "2 mm"; or nothing'

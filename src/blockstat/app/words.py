@@ -31,6 +31,7 @@ NO_BLOCK = '<div style="font-size:.85em;margin:0 8px">Click a block to see its f
 UNKNOWN = "not known"  #: for a reason that is not the design's
 MARGIN = "margin:0 10px"
 SMALL = "font-size:.85em;line-height:1.45"
+TROUBLE = "border-left:4px solid #D55E00;background:#fdf3ec;padding:.4em .6em"  #: of the box of a warning
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,8 +196,24 @@ def trouble(message: str) -> str:
     """
     if not message:
         return ""
-    box = "border-left:4px solid #D55E00;background:#fdf3ec;padding:.4em .6em;margin:.4em 10px;overflow-wrap:anywhere"
+    box = f"{TROUBLE};margin:.4em 10px;overflow-wrap:anywhere"
     return f'<div role="alert" class="trouble" style="{box};{SMALL}">{escape(message).replace(chr(10), "<br>")}</div>'
+
+
+def small(html: str) -> str:
+    """Return what stands below a headline in small letters.
+
+    Parameters
+    ----------
+    html : str
+        HTML; plain text is escaped before. Empty for nothing.
+
+    Returns
+    -------
+    str
+        HTML; empty for nothing.
+    """
+    return f'<div style="{MARGIN};{SMALL};overflow-wrap:anywhere;padding-top:.4em">{html}</div>' if html else ""
 
 
 def block_card(verdict: Verdict, block: int, moved: Floats | None = None) -> str:

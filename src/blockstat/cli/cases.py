@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,13 +22,12 @@ from blockstat.cli.options import (
     Units,
     Up,
     gap_of,
-    inputs,
     numbers,
     print_json,
-    said,
     upright,
 )
 from blockstat.cli.options import load as load_assembly
+from blockstat.cli.places import written
 from blockstat.cli.progress import at_work
 from blockstat.contact.tolerance import ROUNDING
 from blockstat.errors import InputError, InputWarning
@@ -49,34 +49,98 @@ LIVE = {
 }
 
 
-def said_under(
-    assembly: Assembly,
-    case: LoadCase | None,
-    *,
-    live: str = "act",
-    units: str | None = None,
-    gap: float | str | None = None,
-) -> str:
-    """Return what an answer rests on, with a second line for the loads of a case.
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """What an answer rests on: the file, the blocks, the loads on them, and the options with which they were read."""
+
+    file: Path
+    assembly: Assembly  #: as it was analysed
+    case: LoadCase | None = None  #: the loads under which it was
+    live: str = "act"  #: what becomes of the live loads of the case, a key of `LIVE`
+    units: str | None = None  #: of the coordinates in the file; None for metres
+    up: str | None = None  #: the axis of the file that points up; None for that of its format
+    gap: float | str | None = None  #: tolerance of the joint search; None for the default
+
+    def echo(self) -> dict[str, Any]:
+        """Return what JSON echoes of it.
+
+        Returns
+        -------
+        dict
+            "friction" (None without limit), "density" [kg/m3] (None where blocks differ), "densities" (the least and
+            the greatest), "gravity" [m/s2], "weight" of the free blocks [N], "units" of the file, its axis "up" and
+            "gap"; and what `loads_echoed` returns.
+        """
+        from blockstat.contact.interfaces import GAP
+        from blockstat.io.parts import own_up
+        from blockstat.result import finite
+
+        assembly = self.assembly
+        density = assembly.density[assembly.free] if len(assembly.free) else assembly.density
+        ends = [float(density.min()), float(density.max())]
+        return {
+            "friction": finite(assembly.friction),
+            "density": ends[0] if ends[0] == ends[1] else None,
+            "densities": ends,
+            "gravity": [float(part) for part in assembly.gravity],
+            "weight": assembly.free_weight,
+            "units": self.units or "m",
+            "up": self.up or own_up(self.file.suffix),
+            "gap": GAP if self.gap is None else self.gap,
+            **loads_echoed(self.case, self.live),
+        }
+
+    def words(self) -> str:
+        """Return it in a line, and in a second one the loads of a case.
+
+        Returns
+        -------
+        str
+            Friction, density, weight, units and gap; gravity where it is not down; the axis up in a file that was
+            turned.
+        """
+        from blockstat.result import plain
+
+        assembly, found = self.assembly, self.echo()
+        low, high = found["densities"]
+        density = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+        laws = f" and {len(assembly.joints)} joint laws" if assembly.joints else ""
+        near = found["gap"] if isinstance(found["gap"], str) else f"{found['gap']:g} of a block"
+        x, y, z = assembly.gravity
+        turned = "" if found["up"] == "z" else f"turned: {found['up']} up in the file, "
+        leans = f"gravity ({x:.5g}, {y:.5g}, {z:.5g}) m/s2, " if (x, y) != (0, 0) or z > 0 else ""
+        line = (
+            f"Friction {assembly.friction:g}{laws}, density {density} kg/m3, "
+            f"weight {plain(found['weight'] / 1e3, 4)} kN, "
+            f"{leans}coordinates in {found['units']}, {turned}joints closed to {near}."
+        )
+        return line if self.case is None else f"{line}\n{loads_said(self.case, self.live)}"
+
+
+def print_answer(
+    basis: Basis, found: Any, *, as_json: bool, head: str = "", files: Mapping[str, str] | None = None
+) -> None:
+    """Print what was found, below or beside what it rests on.
 
     Parameters
     ----------
-    assembly : Assembly
-        The blocks as they were analysed.
-    case : LoadCase or None
-        The case under which they were.
-    live : str, optional
-        What becomes of its live loads, a key of `LIVE`.
-    units, gap : optional
-        As in `blockstat.cli.options.said`.
-
-    Returns
-    -------
-    str
-        One line, or two.
+    basis : Basis
+        What it rests on.
+    found : Result
+        The answer.
+    as_json : bool
+        Print JSON.
+    head : str, optional
+        What follows the number of blocks in the first line.
+    files : mapping of str, optional
+        Files that were written, by key.
     """
-    basis = said(assembly, units=units, gap=gap)
-    return basis if case is None else f"{basis}\n{loads_said(case, live)}"
+    if as_json:
+        print_json({"file": str(basis.file), **basis.echo(), **found.summary(), **(files or {})})
+        return
+    assembly = basis.assembly
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks{head}\n{basis.words()}\n{found.explain()}")
+    written(files or {})
 
 
 def loads_said(case: LoadCase, live: str = "act") -> str:
@@ -95,29 +159,6 @@ def loads_said(case: LoadCase, live: str = "act") -> str:
         Such as `Loads: case "storm": 0.9 weight + 1.5 wind (live); the live loads grow.`
     """
     return f'Loads: case "{case.name}": {case.words}{LIVE[live] if case.live.any() else ""}.'
-
-
-def inputs_under(
-    assembly: Assembly,
-    case: LoadCase | None,
-    *,
-    live: str = "act",
-    units: str | None = None,
-    gap: float | str | None = None,
-) -> dict[str, Any]:
-    """Return what an answer rests on, as JSON echoes it, with the loads of a case.
-
-    Parameters
-    ----------
-    assembly, case, live, units, gap
-        As in `said_under`.
-
-    Returns
-    -------
-    dict
-        What `blockstat.cli.options.inputs` returns, and what `loads_echoed` does.
-    """
-    return inputs(assembly, units=units, gap=gap) | loads_echoed(case, live)
 
 
 def loads_echoed(case: LoadCase | None, live: str = "act") -> dict[str, Any]:
@@ -194,7 +235,7 @@ def chosen_case(
     if case is None:
         if loads is not None:
             raise InputError("--loads gives load cases; choose one by --case NAME")
-        doubt_loads(assembly.metadata, file)
+        warn_of_idle_loads(assembly.metadata, file)
         return None
     from blockstat.loading.cases import load_case
     from blockstat.spec.files import load_file, located
@@ -209,7 +250,7 @@ def chosen_case(
     return found if tilt is None else found.under_gravity_of(assembly)
 
 
-def doubt_loads(tables: Mapping[str, Any], file: Path, *, chosen: bool = True, listed: bool = False) -> None:
+def warn_of_idle_loads(tables: Mapping[str, Any], file: Path, *, chosen: bool = True, listed: bool = False) -> None:
     """Warn that the loads of a scene do not act, where no case of it is chosen.
 
     Parameters
@@ -385,7 +426,7 @@ def cases_command(
     cases = all_cases(assembly, file, loads, gap=near, tilt=tilt)
     if not cases:
         raise InputError(f"{loads or file}: there are no load cases; write them as [cases.NAME]")
-    head = {"file": str(file), **inputs(assembly, units=units, gap=near)}
+    head = {"file": str(file), **Basis(file, assembly, units=units, up=up, gap=near).echo()}
     rows = list[dict[str, Any]]()
     try:
         with at_work(f"{len(cases)} load cases"):

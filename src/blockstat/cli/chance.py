@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
-from blockstat.cli.cases import Case, LoadsFile, chosen_case, inputs_under, said_under
+from blockstat.cli.cases import Basis, Case, LoadsFile, chosen_case
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -120,14 +120,12 @@ def reliability_command(
     found = _of_scene(scene, lambda: reliability(assembly, random, draws=draws, seed=seed, **options))
     if found.stopped and output is not None:
         typer.echo(f"{output} keeps the draws that were made: the same command goes on from there", err=True)
+    basis = Basis(file, assembly, chosen, "act", units, up, near)
     if as_json:
         first = {} if point is None else {"first_order": point.summary()}
-        echo = inputs_under(assembly, chosen, units=units, gap=near)
-        print_json({"file": str(file), **echo, **found.summary(), **first})
+        print_json({"file": str(file), **basis.echo(), **found.summary(), **first})
     else:
-        typer.echo(
-            f"{assembly.name}: {assembly.n_blocks} blocks\n{said_under(assembly, chosen, units=units, gap=near)}"
-        )
+        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis.words()}")
         typer.echo("\n".join(own.explain() for own in (point, found) if own is not None))
     if found.stopped:
         raise KeyboardInterrupt  # some draws are missing

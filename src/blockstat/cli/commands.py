@@ -9,14 +9,14 @@ from typing import Annotated, Any
 import typer
 
 from blockstat.cli.cases import (
+    Basis,
     Case,
     LoadsFile,
     cases_command,
     chosen_case,
     growing_or_held,
-    inputs_under,
     load_and_loads,
-    said_under,
+    print_answer,
 )
 from blockstat.cli.chance import Imperfect, imperfections_of, reliability_command
 from blockstat.cli.displacement import capacity_command, code_check_command, settle_command
@@ -33,12 +33,12 @@ from blockstat.cli.options import (
     Units,
     Up,
     Version,
-    doubt,
     gap_of,
     names_in,
     numbers,
     print_json,
     run_app,
+    warn_of_odd_numbers,
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.pictures import app_command, picture_to_write, plot_command
@@ -137,7 +137,7 @@ def repair_command(
         typer.echo("blockstat heal is now blockstat repair, and goes with 0.3", err=True)
     chosen = None if supports is None else names_in(supports)
     assembly, report = repair(file, gap=GAP if gap is None else gap, supports=chosen, units=units, up=up)
-    doubt(assembly, file)
+    warn_of_odd_numbers(assembly, file)
     write(assembly, output, units=units, up=up)
     typer.echo(report.explain())
     typer.echo(f"{output}: {assembly.n_blocks} blocks, {_written(output, units, up)}")
@@ -145,8 +145,10 @@ def repair_command(
 
 def _written(output: Path, units: str | None, up: str | None) -> str:
     """What the coordinates of a file that was written are in, and the options with which to read it."""
+    from blockstat.io.parts import own_up
+
     asked = [f"--{name} {value}" for name, value in (("units", units), ("up", up)) if value is not None]
-    frame = f"in {units or 'm'}, {up or ('y' if output.suffix.lower() == '.glb' else 'z')} up"
+    frame = f"in {units or 'm'}, {up or own_up(output.suffix)} up"
     return f"{frame}; read it with {' '.join(asked)}" if asked else frame
 
 
@@ -201,16 +203,16 @@ def check(
     with at_work(f"judging {assembly.n_blocks:,} blocks"):
         verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent, **options)
     write = partial(write_verdict, format=format or COMPAS_FORMATS[0])
+    basis = Basis(file, assembly, acting, "act", units, up, near)
     with drawn(output=(write, verdict, output)) as files:
         if as_json:
             summary = verdict.summary()
-            echo = inputs_under(assembly, acting, units=units, gap=near)
-            print_json({"file": str(file), "verdict": summary.pop("outcome"), **echo, **summary, **files})
+            print_json({"file": str(file), "verdict": summary.pop("outcome"), **basis.echo(), **summary, **files})
             return
         seconds = verdict.timings["total"]
         faces = verdict.interfaces
         typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
-        typer.echo(said_under(assembly, acting, units=units, gap=near))
+        typer.echo(basis.words())
         typer.echo(verdict.explain())
         if len(verdict.floating):
             typer.echo("Blocks that nothing holds need joints (`blockstat repair`, --gap) or a support (--supports).")
@@ -269,7 +271,8 @@ def limit(
         raise InputError("--imperfection goes with --load or --case")
     acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     if directions is not None:
-        over_the_horizon(file, assembly, directions, acting, flow, tolerance, output, units, near, as_json)
+        basis = Basis(file, assembly, acting, "stay", units, up, near)
+        over_the_horizon(basis, directions, flow, tolerance, output, as_json)
         return
     growing, permanent = load_and_loads(assembly, load, acting, weighted=True)
     allowed = imperfections_of(imperfection)
@@ -284,12 +287,8 @@ def limit(
             imperfections=allowed,
             progress=progress,
         )
-    basis: dict[str, Any] = {"live": growing_or_held(load), "units": units, "gap": near}
-    if as_json:
-        print_json({"file": str(file), **inputs_under(assembly, acting, **basis), **result.summary()})
-        return
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {result.timings['total']:.2f} s")
-    typer.echo(f"{said_under(assembly, acting, **basis)}\n{result.explain()}")
+    basis = Basis(file, assembly, acting, growing_or_held(load), units, up, near)
+    print_answer(basis, result, as_json=as_json, head=f", {result.timings['total']:.2f} s")
 
 
 @app.command("tilt")
@@ -324,17 +323,17 @@ def tilt_command(
     options: dict[str, Any] = {"loads": None if acting is None else acting.weighted_loads, "flow": flow, "gap": near}
     with at_work(f"tilting {assembly.n_blocks:,} blocks"):
         found = tilt_limit(assembly, about, imperfections=imperfections_of(imperfection), **options)
+    basis = Basis(file, assembly, acting, "act", units, up, near)
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
     if as_json:
         angles = {"axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
         kinds = {"kinds_deg": found.summary()["kinds"]} if found.kinds else {}
         worst = {"imperfections": found.worst} if found.worst else {}
         told = {"outcome": found.outcome.word, "warnings": list(found.warnings)}
-        echo = inputs_under(assembly, acting, units=units, gap=near)
-        print_json({"file": str(file), **angles, **kinds, **echo, **worst, **told})
+        print_json({"file": str(file), **angles, **kinds, **basis.echo(), **worst, **told})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, tilted about {axis}")
-    typer.echo(f"{said_under(assembly, acting, units=units, gap=near)}\n{found.explain()}")
+    typer.echo(f"{basis.words()}\n{found.explain()}")
 
 
 app.command("app")(app_command)

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from blockstat.cli.cases import (
+    Basis,
     Case,
     LoadsFile,
     chosen_case,
     growing_or_held,
-    inputs_under,
     placed_load_and_loads,
-    said_under,
+    print_answer,
     warn_of_left_out,
 )
 from blockstat.cli.options import (
@@ -124,7 +124,7 @@ def capacity_command(
     near = gap_of(gap)
     acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     growing, permanent = placed_load_and_loads(assembly, load, acting)
-    basis: dict[str, Any] = {"live": growing_or_held(load), "units": units, "gap": near}
+    basis = Basis(file, assembly, acting, growing_or_held(load), units, up, near)
     with at_work("limit load") as say:
         found = capacity(
             assembly,
@@ -139,12 +139,7 @@ def capacity_command(
             progress=lambda there, multiplier: say(f"{there:.4g} m: {multiplier:.4g}"),
         )
     with drawn(output=(plot_capacity, found, output), film=(write_path, found, film)) as files:
-        if as_json:
-            print_json({"file": str(file), **inputs_under(assembly, acting, **basis), **found.summary(), **files})
-            return
-        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.timings['total']:.2f} s")
-        typer.echo(f"{said_under(assembly, acting, **basis)}\n{found.explain()}")
-        written(files)
+        print_answer(basis, found, as_json=as_json, head=f", {found.timings['total']:.2f} s", files=files)
 
 
 def settle_command(
@@ -180,7 +175,7 @@ def settle_command(
     near = gap_of(gap)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     for displacement in moves.values():
-        doubt_movement(assembly, "--move", displacement)
+        warn_of_far_movement(assembly, "--move", displacement)
     chosen = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     here, moved = (None, None) if chosen is None else (chosen.loads, chosen.placed_loads)
     with at_work(f"settling {assembly.n_blocks:,} blocks") as say:
@@ -198,19 +193,18 @@ def settle_command(
                 )
             except KeyboardInterrupt:  # before the first point; what happens at first is known
                 reason = "interrupted"
+    basis = Basis(file, assembly, chosen, "act", units, up, near)
     with drawn(output=(plot_settlement, found, output), film=(write_path, path, film if path else None)) as files:
         if as_json:
-            echo = inputs_under(assembly, chosen, units=units, gap=near)
             further = {"collapse": path and path.collapse, "path": path and path.summary()}
-            print_json({"file": str(file), **echo, **found.summary(), **further, **files})
+            print_json({"file": str(file), **basis.echo(), **found.summary(), **further, **files})
             return
-        basis = said_under(assembly, chosen, units=units, gap=near)
-        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
+        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis.words()}\n{found.explain()}")
         typer.echo(f"Further on. {path.explain()}" if path else f"Not followed further: {reason}.")
         written(files)
 
 
-def doubt_movement(assembly: Assembly, option: str, movement: Sequence[float]) -> None:
+def warn_of_far_movement(assembly: Assembly, option: str, movement: Sequence[float]) -> None:
     """Warn where supports are to move further than the blocks reach.
 
     Parameters
@@ -275,12 +269,7 @@ def code_check_command(
     if limit.outcome is LoadOutcome.STOPPED:
         raise KeyboardInterrupt
     found = linear_check(limit, direction, loads=permanent, **code)
-    basis: dict[str, Any] = {"live": "left_out", "units": units, "gap": near}
-    if as_json:
-        print_json({"file": str(file), **inputs_under(assembly, acting, **basis), **found.summary()})
-        return
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said_under(assembly, acting, **basis)}")
-    typer.echo(found.explain())
+    print_answer(Basis(file, assembly, acting, "left_out", units, up, near), found, as_json=as_json)
 
 
 def code_options(

@@ -82,7 +82,6 @@ MostGigabytes = Annotated[float, typer.Option(min=0.5, help="Memory of one proce
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 
 _TOLD: dict[str, None] = {}  #: warnings about the input of the command that runs, each once
-_UP: dict[str, str] = {}  #: the axis up in the file that this command has read, by its place
 #: What typer raises for arguments that it cannot read; it exports only this child of it.
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 PRINTING = ("typer", "click", "rich")  #: packages that print on standard output
@@ -165,11 +164,10 @@ def load(
     from blockstat.spec.files import blaming, read
 
     assembly = read(path, supports=None if supports is None else names_in(supports), units=units, up=up)
-    _UP["file"] = up or _own_up(path)
     if stands:
         blaming(path, lambda: check_supports(assembly))
     assembly = modified(assembly, friction=friction, gravity=None, tilt=None)
-    doubt(assembly, path)
+    warn_of_odd_numbers(assembly, path)
     if gravity is not None:
         assembly = modified(assembly, friction=None, gravity=gravity, tilt=None)
         for text in odd_gravity(assembly):
@@ -198,29 +196,28 @@ def names_in(text: str) -> list[str]:
     return [name.strip() for name in text.split(",")]
 
 
-def source_of(path: Path) -> str:
+def source_of(path: Path, up: str | None = None) -> str:
     """Return where the blocks are from, and how they were turned.
 
     Parameters
     ----------
     path : Path
         The file that `load` has read.
+    up : str, optional
+        Value of `--up`; None for the axis of the format.
 
     Returns
     -------
     str
         Such as "tower.obj, turned: y up in the file, z up here".
     """
-    up = _UP.get("file", "z")
+    from blockstat.io.parts import own_up
+
+    up = up or own_up(path.suffix)
     return str(path) if up == "z" else f"{path}, turned: {up} up in the file, z up here"
 
 
-def _own_up(path: Path) -> str:
-    """The axis of a file that points up by its format."""
-    return "y" if path.suffix.lower() == ".glb" else "z"
-
-
-def doubt(assembly: Assembly, path: Path) -> None:
+def warn_of_odd_numbers(assembly: Assembly, path: Path) -> None:
     """Warn where units or the axis that is up look wrong.
 
     Parameters
@@ -235,9 +232,9 @@ def doubt(assembly: Assembly, path: Path) -> None:
     InputWarning
         With what to type.
     """
-    from blockstat.io.parts import doubts
+    from blockstat.io.parts import doubts, own_up
 
-    for text in doubts(assembly, up=_own_up(path)):
+    for text in doubts(assembly, up=own_up(path.suffix)):
         warnings.warn(f"{path}: {text}", InputWarning, stacklevel=2)
 
 
@@ -396,70 +393,6 @@ def _tilted(gravity: Any, tilt: str, *, back: bool = False) -> Any:
     found = turn.apply(np.array(gravity))
     # Upright again, up is an axis itself, and not one to rounding.
     return np.where(np.abs(found) < ROUNDING * np.linalg.norm(found), 0.0, found) if back else found
-
-
-def inputs(assembly: Assembly, *, units: str | None = None, gap: float | str | None = None) -> dict[str, Any]:
-    """Return what an answer rests on, as JSON echoes it.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        The blocks as they were analysed.
-    units : str, optional
-        Of the coordinates in the file; None for metres.
-    gap : float or str, optional
-        Tolerance of the joint search; None for the default.
-
-    Returns
-    -------
-    dict
-        "friction" (None without limit), "density" [kg/m3] (None where blocks differ), "densities" (the least and the
-        greatest), "gravity" [m/s2], "weight" of the free blocks [N], "units" of the file, its axis "up" and "gap".
-    """
-    from blockstat.contact.interfaces import GAP
-    from blockstat.result import finite
-
-    density = assembly.density[assembly.free] if len(assembly.free) else assembly.density
-    ends = [float(density.min()), float(density.max())]
-    return {
-        "friction": finite(assembly.friction),
-        "density": ends[0] if ends[0] == ends[1] else None,
-        "densities": ends,
-        "gravity": [float(part) for part in assembly.gravity],
-        "weight": assembly.free_weight,
-        "units": units or "m",
-        "up": _UP.get("file", "z"),
-        "gap": GAP if gap is None else gap,
-    }
-
-
-def said(assembly: Assembly, *, units: str | None = None, gap: float | str | None = None) -> str:
-    """Return what an answer rests on in one line.
-
-    Parameters
-    ----------
-    assembly, units, gap
-        As in `inputs`.
-
-    Returns
-    -------
-    str
-        Friction, density, weight, units and gap; gravity where it is not down; the axis up in a file that was turned.
-    """
-    from blockstat.result import plain
-
-    found = inputs(assembly, units=units, gap=gap)
-    low, high = found["densities"]
-    density = f"{low:g}" if low == high else f"{low:g} to {high:g}"
-    laws = f" and {len(assembly.joints)} joint laws" if assembly.joints else ""
-    near = found["gap"] if isinstance(found["gap"], str) else f"{found['gap']:g} of a block"
-    x, y, z = assembly.gravity
-    turned = "" if found["up"] == "z" else f"turned: {found['up']} up in the file, "
-    leans = f"gravity ({x:.5g}, {y:.5g}, {z:.5g}) m/s2, " if (x, y) != (0, 0) or z > 0 else ""
-    return (
-        f"Friction {assembly.friction:g}{laws}, density {density} kg/m3, weight {plain(found['weight'] / 1e3, 4)} kN, "
-        f"{leans}coordinates in {found['units']}, {turned}joints closed to {near}."
-    )
 
 
 def print_json(value: dict[str, Any]) -> None:
@@ -637,4 +570,3 @@ def _warnings_kept() -> Iterator[None]:
             yield
         finally:
             _TOLD.clear()
-            _UP.clear()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.cli.cases import doubt_loads
+from blockstat.cli.cases import warn_of_idle_loads
 from blockstat.cli.options import (
     PORT,
     FileArgument,
@@ -139,7 +139,7 @@ def plot_command(
     read: dict[str, Any] = {"supports": supports, "units": units, "up": up, "stands": not plain}
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, **read)
     near = gap_of(gap)
-    doubt_loads({} if plain else assembly.metadata, file, chosen=False)
+    warn_of_idle_loads({} if plain else assembly.metadata, file, chosen=False)
     if plain:
         plot(assembly, output, title=assembly.name, **look)
     elif stone and direction is not None:

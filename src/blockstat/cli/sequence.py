@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.cli.cases import doubt_loads
+from blockstat.cli.cases import warn_of_idle_loads
 from blockstat.cli.chance import once
 from blockstat.cli.options import (
     AsJson,
@@ -122,7 +122,7 @@ def sequence(
 
     _refuse_unheeded(context)
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
-    doubt_loads(assembly.metadata, file, chosen=False)
+    warn_of_idle_loads(assembly.metadata, file, chosen=False)
     options: dict[str, Any] = {"gap": gap_of(gap), "flow": flow}
     searched: dict[str, Any] = {"held_at_most": held_at_most, "seconds": seconds, "insertion": insertion}
     head = {"file": str(file)}

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from blockstat.cli.cases import (
+    Basis,
     Case,
     LoadsFile,
     all_cases,
@@ -16,13 +17,12 @@ from blockstat.cli.cases import (
     case_answers,
     case_warnings,
     chosen_case,
-    doubt_loads,
     growing_or_held,
-    inputs_under,
     load_and_loads,
     loads_echoed,
     loads_said,
-    said_under,
+    print_answer,
+    warn_of_idle_loads,
     warn_of_left_out,
     warn_of_no_mass,
 )
@@ -45,7 +45,7 @@ from blockstat.cli.options import (
     told,
 )
 from blockstat.cli.options import load as load_assembly
-from blockstat.cli.places import drawn, file_to_write, written
+from blockstat.cli.places import drawn, file_to_write
 from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from blockstat.system.writing import written_whole
@@ -53,7 +53,6 @@ from blockstat.system.writing import written_whole
 if TYPE_CHECKING:
     from blockstat.analysis.limit_load import LimitLoad
     from blockstat.assembly import Assembly
-    from blockstat.loading.cases import LoadCase
 
 Page = Annotated[
     Path,
@@ -73,65 +72,43 @@ ENDLESS = (
 
 
 def over_the_horizon(
-    file: Path,
-    assembly: Assembly,
-    directions: int,
-    acting: LoadCase | None,
-    flow: str,
-    tolerance: float,
-    output: Path | None,
-    units: str | None,
-    gap: float | str,
-    as_json: bool,
+    basis: Basis, directions: int, flow: str, tolerance: float, output: Path | None, as_json: bool
 ) -> None:
     """Print the limit loads all round, and draw them where that is asked for.
 
     Parameters
     ----------
-    file : Path
-        The file that was read.
-    assembly : Assembly
-        Its blocks.
+    basis : Basis
+        The blocks, and the loads that stay.
     directions : int
         How many directions.
-    acting : LoadCase or None
-        Loads that stay.
     flow : str
         "associated" or "coulomb".
     tolerance : float
         Width asked of each bracket, relative to it.
     output : Path or None
         Where the polar plot goes; where there is no limit, none is drawn, and standard error says so.
-    units : str or None
-        Of the file's coordinates.
-    gap : float or str
-        Tolerance of the joint search.
     as_json : bool
         Print JSON.
     """
     from blockstat.studies.directions import limit_load_by_direction
     from blockstat.view.polar import plot_directions
 
+    assembly, acting = basis.assembly, basis.case
     warn_of_no_mass(assembly, acting)
     with at_work("limit loads over the horizon") as say:
 
         def progress(done: int, name: str, found: LimitLoad) -> None:
             say(f"{done} of at least {directions} directions, {found.upper:.4g} towards {name} (Ctrl-C keeps them)")
 
-        options: dict[str, Any] = {"flow": flow, "gap": gap, "tolerance": tolerance}
+        options: dict[str, Any] = {"flow": flow, "gap": basis.gap, "tolerance": tolerance}
         options["loads"] = None if acting is None else acting.loads
         found = limit_load_by_direction(assembly, directions, progress=progress, **options)
     if output is not None and not found.has_limits:
         typer.echo(f"{output}: not written, for there are no limit loads to draw", err=True)
         output = None
-    basis: dict[str, Any] = {"live": "stay", "units": units, "gap": gap}
     with drawn(output=(plot_directions, found, output)) as files:
-        if as_json:
-            print_json({"file": str(file), **inputs_under(assembly, acting, **basis), **found.summary(), **files})
-        else:
-            typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said_under(assembly, acting, **basis)}")
-            typer.echo(found.explain())
-            written(files)
+        print_answer(basis, found, as_json=as_json, files=files)
     if found.stopped:
         raise KeyboardInterrupt  # some directions are missing
 
@@ -157,12 +134,7 @@ def friction_command(
     acting = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     with at_work(f"trying frictions of {assembly.n_blocks:,} blocks"):
         found = friction_limit(assembly, loads=None if acting is None else acting.loads, gap=near, flow=flow)
-    if as_json:
-        echo = inputs_under(assembly, acting, units=units, gap=near)
-        print_json({"file": str(file), **echo, **found.summary()})
-        return
-    basis = said_under(assembly, acting, units=units, gap=near)
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
+    print_answer(Basis(file, assembly, acting, "act", units, up, near), found, as_json=as_json)
 
 
 def tie_command(
@@ -218,13 +190,7 @@ def tie_command(
     with drawn(output=(write, tied, output)) as files:
         if files and output:
             found = replace(found, warnings=(*found.warnings, ENDLESS.format(output.name)))
-        if as_json:
-            echo = inputs_under(assembly, acting, units=units, gap=near)
-            print_json({"file": str(file), **echo, **found.summary(), **files})
-            return
-        basis = said_under(assembly, acting, units=units, gap=near)
-        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
-        written(files)
+        print_answer(Basis(file, assembly, acting, "act", units, up, near), found, as_json=as_json, files=files)
 
 
 def report_command(
@@ -256,7 +222,7 @@ def report_command(
     code = asked_code(ag, soil, topography, f0, tc, confidence, behaviour)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     acting: dict[str, Any] = {"case": case, "loads": loads, "tilt": tilt}
-    options = {"units": units, "gap": gap_of(gap), "directions": directions, "code": code}
+    options = {"units": units, "up": up, "gap": gap_of(gap), "directions": directions, "code": code}
     write_report(file, assembly, output, **options, **acting)
 
 
@@ -291,6 +257,7 @@ def write_report(
     output: Path,
     *,
     units: str | None = None,
+    up: str | None = None,
     gap: float | str | None = None,
     directions: int = 16,
     verify: Any = None,
@@ -311,6 +278,8 @@ def write_report(
         The page.
     units : str, optional
         Of the file's coordinates; None for metres.
+    up : str, optional
+        The axis of the file that points up; None for that of its format.
     gap : float or str, optional
         Tolerance of the joint search; None for the default.
     directions : int, optional
@@ -335,7 +304,7 @@ def write_report(
     near = GAP if gap is None else gap
     cases = all_cases(assembly, file, loads, gap=near, tilt=tilt)
     if case is None:
-        doubt_loads({"cases": {name: {} for name in cases}}, loads or file, listed=True)
+        warn_of_idle_loads({"cases": {name: {} for name in cases}}, loads or file, listed=True)
     elif case not in cases:
         chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)  # which names those that there are
     chosen = None if case is None else cases[case]
@@ -349,7 +318,7 @@ def write_report(
         )
         say("verdicts and limit loads")
         found = assess_fully(
-            assembly, source=source_of(file), gap=near, units=units or "m", directions=directions,
+            assembly, source=source_of(file, up), gap=near, units=units or "m", directions=directions,
             verify=verify, cases=answers, case=chosen, code=code,
         )  # fmt: skip
         say("pictures")

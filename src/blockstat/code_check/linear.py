@@ -84,7 +84,7 @@ class LinearCheck(Result):
     @property
     def outcome(self) -> CheckOutcome:
         """Whether the verification is satisfied."""
-        return answer([] if self.demand is None else [self.satisfied])
+        return check_outcome([] if self.demand is None else [self.satisfied])
 
     def explain(self) -> str:
         """Return the verification in words, one fact a line.
@@ -98,7 +98,7 @@ class LinearCheck(Result):
         return "\n".join(
             [
                 self.outcome.value,
-                f"alpha0 = {self.alpha0:.6g}, {count(self.bodies)}, e* = {self.participation:.6g}, "
+                f"alpha0 = {self.alpha0:.6g}, {bodies_in_words(self.bodies)}, e* = {self.participation:.6g}, "
                 f"M* = {self.mass:.6g} kg (C8.7.1.5).",
                 f"alpha0 is {self.multiplier}.",
                 *mechanism_words(self.limit.assembly, self.limit.joints(), self.limit.moving),
@@ -289,7 +289,7 @@ def check_factors(confidence: float, macro_blocks: int) -> None:
     check_count("macro_blocks", macro_blocks)
 
 
-def answer(borne: Sequence[bool | None]) -> CheckOutcome:
+def check_outcome(borne: Sequence[bool | None]) -> CheckOutcome:
     """Return the outcome of a check.
 
     Parameters
@@ -325,7 +325,7 @@ def mechanism_summary(limit: LimitLoad) -> dict[str, Any]:
     return {"joints": limit.joints(), "moving": [limit.assembly.names[block] for block in limit.moving]}
 
 
-def count(bodies: Sequence[Any]) -> str:
+def bodies_in_words(bodies: Sequence[Any]) -> str:
     """Return the number of bodies in words.
 
     Parameters
@@ -416,9 +416,9 @@ def arbitrary(limit: LimitLoad, bodies: Sequence[Ints], push: Floats, macro_bloc
         ), False
     if is_mixture(limit, bodies, push, _speeds(limit)[1]):
         return (
-            f"of the {count(bodies)} of the mechanism some are a mechanism without the others, or all with a joint "
-            "between them closed, of the same multiplier to a thousandth, so that how far each moves beside them is "
-            "arbitrary"
+            f"of the {bodies_in_words(bodies)} of the mechanism some are a mechanism without the others, or all with a "
+            "joint between them closed, of the same multiplier to a thousandth, so that how far each moves beside them "
+            "is arbitrary"
         ), True
     return "", False
 
@@ -457,8 +457,8 @@ def oscillator(
     words = (
         f"{reason}; {taken}"
         if reason
-        else f"the mechanism has {count(bodies)}, more than the {macro_blocks} of a mechanism drawn by hand; {taken} "
-        f"and would bear {1 / apart:.3g} times the acceleration: bricks count there as macro-blocks"
+        else f"the mechanism has {bodies_in_words(bodies)}, more than the {macro_blocks} of a mechanism drawn by hand; "
+        f"{taken} and would bear {1 / apart:.3g} times the acceleration: bricks count there as macro-blocks"
     )
     return 1.0, first / total, (words,)
 

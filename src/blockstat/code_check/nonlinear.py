@@ -24,14 +24,14 @@ from blockstat.analysis.verdict import mechanism_words
 from blockstat.code_check.linear import (
     MACRO_BLOCKS,
     CheckOutcome,
-    answer,
     arbitrary,
     asked_for,
     bearable,
+    bodies_in_words,
     check_demand,
     check_factors,
     check_level,
-    count,
+    check_outcome,
     high_up,
     is_borne,
     mechanism_summary,
@@ -102,7 +102,7 @@ class NonlinearCheck(Result):
     @property
     def outcome(self) -> CheckOutcome:
         """Whether all demands that are given are borne."""
-        return answer([state.satisfied for state in self.states if state.demand is not None])
+        return check_outcome([state.satisfied for state in self.states if state.demand is not None])
 
     def state(self, name: str) -> LimitState:
         """Return a limit state.
@@ -142,7 +142,7 @@ class NonlinearCheck(Result):
         }
         lines = [
             told[self.outcome],
-            f"alpha0 = {self.alpha0:.6g}, {count(self.bodies)}, e* = {self.participation:.6g}, "
+            f"alpha0 = {self.alpha0:.6g}, {bodies_in_words(self.bodies)}, e* = {self.participation:.6g}, "
             f"M* = {self.mass:.6g} kg (C8.7.1.5).",
             f"a0 = alpha0 g / (e* FC) = {self.acceleration:.6g} m/s2, FC = {self.confidence:g} (C8.7.1.3).",
             f"d0 = {self.ultimate:.6g} m (C8.7.1.4); multipliers of the {self.shape}.",

@@ -315,7 +315,7 @@ def concave_patches(
             for own in _without_arms(part, least):
                 hull = own.convex_hull
                 if hull.area > (1 + FILLED) * own.area:
-                    pieces[len(found)] = convex_pieces(own)
+                    pieces[len(found)] = convex_polygons(own)
                 found.append(row)
                 polygons.append(_ring(hull))
     longest = max((len(p) for p in polygons), default=3)
@@ -343,7 +343,7 @@ def _without_arms(part: Any, width: float) -> list[Any]:
         if beyond.max() <= width:
             return [part]
     arms = [own for own in shapely.get_parts(shapely.difference(part, wide)) if _solid(own)]
-    bare = [shapely.Polygon(piece) for arm in arms for piece in convex_pieces(arm)]
+    bare = [shapely.Polygon(piece) for arm in arms for piece in convex_polygons(arm)]
     return [own for own in [*shapely.get_parts(wide), *bare] if _solid(own)]
 
 
@@ -452,7 +452,7 @@ def _polygons(region: Any) -> Any:
     return shapely.MultiPolygon([part for part in parts if part.geom_type == "Polygon" and part.area > 0])
 
 
-def convex_pieces(polygon: Any) -> list[Floats]:
+def convex_polygons(polygon: Any) -> list[Floats]:
     """Return convex polygons that a polygon with holes is made of.
 
     Parameters

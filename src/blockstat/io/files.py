@@ -183,7 +183,7 @@ def write(
     >>> read(write(cube, "cube.obj", units="mm", up="y"), units="mm", up="y").volume.round(9).tolist()
     [1.0]
     """
-    from blockstat.io.parts import in_frame
+    from blockstat.io.parts import in_frame, own_up
 
     path = Path(path)
     suffix = "" if path.is_dir() else path.suffix.lower()
@@ -195,7 +195,7 @@ def write(
     check_directory(path)
     if values and suffix in FORMATS:
         raise InputError(f"{path}: values are written to .glb and .obj only")
-    own = "y" if suffix == ".glb" else "z"
+    own = own_up(suffix)
     given, assembly = assembly, in_frame(assembly, units, up, own)
     frame = (units or "m", up or own)
     if not suffix:

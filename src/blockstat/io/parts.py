@@ -14,6 +14,7 @@ from blockstat.errors import InputError, NoSupportError, check_gravity, rough
 from blockstat.io.raw import glb, ply, stl
 from blockstat.io.raw.precision import spacing
 from blockstat.joint import Tie
+from blockstat.loads import up_of
 from blockstat.result import listed
 from blockstat.typing import Floats
 
@@ -23,6 +24,22 @@ UP = ("x", "y", "z", "-x", "-y", "-z")  #: axes of a file that may point up
 NEAR = 1e-6
 #: Metres in one unit of length.
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+
+
+def own_up(suffix: str) -> str:
+    """Return the axis of a file that points up by its format.
+
+    Parameters
+    ----------
+    suffix : str
+        Of the file, as ".glb".
+
+    Returns
+    -------
+    str
+        One of `UP`.
+    """
+    return "y" if suffix.lower() == ".glb" else "z"
 
 
 def friction_said(friction: float) -> float | str:
@@ -313,8 +330,7 @@ def _sideways(assembly: Assembly, up: str) -> list[str]:
     beyond = (free.min(axis=0) >= held.max(axis=0)) & (above > 0.25)
     before = (free.max(axis=0) <= held.min(axis=0)) & (above < -0.25)
     gap = beyond | before
-    down = -assembly.gravity / np.linalg.norm(assembly.gravity)
-    if abs(down[2]) < 0.999 or abs(above[2]) > 0.1 or not gap[:2].any():
+    if abs(up_of(assembly)[2]) < 0.999 or abs(above[2]) > 0.1 or not gap[:2].any():
         return []
     most = int(np.argmax(np.where(gap[:2], np.abs(above[:2]), -np.inf)))
     written = as_written(up)[:, most] * np.sign(above[most])

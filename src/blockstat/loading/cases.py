@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.errors import InputError, gathered, known_options, no_such
+from blockstat.errors import InputError, gathered, is_number, known_options, no_such
 from blockstat.loading.ground import dispersed_forces, fill_forces, fluid_forces
 from blockstat.loading.on_faces import body_load, line_forces, patch_forces, point_forces, surface_forces
 from blockstat.loading.placed import PlacedForces, at_centroids, joined
@@ -288,7 +288,7 @@ def _check_load(path: str, table: Any) -> None:
 
 
 def _not_a_number(path: str, value: Any) -> list[str]:
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not np.isfinite(value):
+    if not is_number(value) or not np.isfinite(value):
         return [f"{path}: {value!r} is not a finite number"]
     return []
 

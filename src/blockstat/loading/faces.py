@@ -97,22 +97,6 @@ class Face:
         return Face(self.block, self.frame, self.origin, part)
 
 
-def up_of(assembly: Assembly) -> Floats:
-    """Return the unit vector against gravity.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        Has the gravity.
-
-    Returns
-    -------
-    Floats
-        Shape (3,).
-    """
-    return -assembly.gravity / np.linalg.norm(assembly.gravity)
-
-
 def selected(assembly: Assembly, blocks: Iterable[int | str] | int | str | None, group: str | None) -> Ints:
     """Return the blocks that a load is for: those named, those of a group, or all that are free.
 

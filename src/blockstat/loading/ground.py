@@ -14,10 +14,10 @@ import numpy as np
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.tolerance import allowed_gap
 from blockstat.errors import InputError, check_number, check_positive, known_options
-from blockstat.loading.faces import ON, Face, integrated, selected, up_of
+from blockstat.loading.faces import ON, Face, integrated, selected
 from blockstat.loading.on_faces import facing
 from blockstat.loading.placed import PlacedForces
-from blockstat.loads import numbers, three
+from blockstat.loads import numbers, three, up_of
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -406,7 +406,7 @@ def depths(assembly: Assembly, faces: Sequence[Face], place: Floats) -> list[flo
     return [max(depth, 0.0) for face, depth in found if depth >= -ON * float(assembly.size[face.block])]
 
 
-def below(faces: Sequence[Face], place: Floats, up: Floats, *, room: float = 0.0) -> list[tuple[Face, float]]:
+def below(faces: Sequence[Face], place: Floats, up: Floats) -> list[tuple[Face, float]]:
     """Find the faces below or above a point in plan, each with its height there.
 
     Parameters
@@ -417,8 +417,6 @@ def below(faces: Sequence[Face], place: Floats, up: Floats, *, room: float = 0.0
         The point, shape (3,) [m].
     up
         Unit vector against gravity, shape (3,).
-    room
-        How far outside a face the point may lie, along its plane [m].
 
     Returns
     -------
@@ -430,7 +428,7 @@ def below(faces: Sequence[Face], place: Floats, up: Floats, *, room: float = 0.0
     found = []
     for face in faces:
         there = place - up * float(face.height(place)) / float(face.normal @ up)
-        if face.region.distance(Point(face.flat(there))) <= room + ON * face.region.length:
+        if face.region.distance(Point(face.flat(there))) <= ON * face.region.length:
             found.append((face, float(there @ up)))
     return found
 

@@ -39,7 +39,7 @@ def most_blocks() -> float:
     return most
 
 
-def check_number(label: str, number: float) -> None:
+def check_block_count(label: str, number: float) -> None:
     """Refuse more blocks than may be built.
 
     Parameters
@@ -56,7 +56,7 @@ def check_number(label: str, number: float) -> None:
 
     Examples
     --------
-    >>> check_number("elements.post", 1e9)
+    >>> check_block_count("elements.post", 1e9)
     Traceback (most recent call last):
     ...
     blockstat.errors.InputError: elements.post: about 1,000,000,000 blocks are asked for; at most 300,000 are built \

@@ -1,5 +1,5 @@
 """Building an assembly and taking it down: states of some blocks with some held, plans, orders and falsework.
 
-This room imports `analysis`, `studies`, `program`, `contact`, `solve`, `certificate`, `geometry`, `spec`,
-`system` and the root.
+This room imports `analysis`, `program`, `contact`, `solve`, `certificate`, `geometry`, `spec`, `system`
+and the root.
 """

@@ -28,6 +28,7 @@ from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, check_positive, known_options
 from blockstat.geometry.clipping import corners as spanning
 from blockstat.geometry.polyhedron import point_velocity
+from blockstat.loads import up_of
 from blockstat.result import Result, plain
 from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, held_by_props
 from blockstat.sequence.states import State
@@ -169,17 +170,12 @@ def centring(
     return found
 
 
-def _upward(assembly: Assembly) -> Floats:
-    """The unit vector against gravity."""
-    return -assembly.gravity / np.linalg.norm(assembly.gravity)
-
-
 def _looks_down(assembly: Assembly) -> np.ndarray:
     """Which faces overhang by more than their corners may be off; others are upright, and no board lies under them."""
     corners = assembly.vertices[assembly.face_vertices]
     first = assembly.face_start[:-1]
     extent = np.maximum.reduceat(corners, first) - np.minimum.reduceat(corners, first)
-    plan = -(assembly.planes.normal @ _upward(assembly)) * assembly.planes.area
+    plan = -(assembly.planes.normal @ up_of(assembly)) * assembly.planes.area
     # In plan a face is at least as wide as its area there over its length.
     return plan > flatness(assembly, GAP)[assembly.face_block] * np.linalg.norm(extent, axis=1)
 
@@ -192,7 +188,7 @@ def _soffits(
     The faces that look down are given as well. Every joint of the block, those with blocks that are not there too,
     tells which of its faces are beds.
     """
-    normal, up = assembly.planes.normal, _upward(assembly)
+    normal, up = assembly.planes.normal, up_of(assembly)
     slope = dict(zip(faces.tolist(), (-normal[faces] @ up).tolist(), strict=True))
     room = {face: _free(assembly, joints, own, face) for face in low.tolist()}
     room = {face: part for face, part in room.items() if part[0] > 0}

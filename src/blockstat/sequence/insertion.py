@@ -24,6 +24,7 @@ from blockstat.contact.overlap.penetration import convex_blocks
 from blockstat.geometry.convex_pieces import convex_pieces
 from blockstat.geometry.inscribed_ball import inscribed_balls
 from blockstat.geometry.triangulation import triangulate
+from blockstat.loads import up_of
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -43,41 +44,6 @@ BLOCKED = 0.1
 SAME = 1e-6
 
 
-def insertion_direction(assembly: Assembly, interfaces: Interfaces, block: int, present: np.ndarray) -> Floats | None:
-    """Find a direction along which a block can be put in beside others.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        All blocks.
-    interfaces : Interfaces
-        Their joints.
-    block : int
-        The block.
-    present : array of bool, shape (n_blocks,)
-        Which others are there.
-
-    Returns
-    -------
-    array of float, shape (3,), or None
-        A unit vector; None where none of the directions that are tried is free.
-
-    Examples
-    --------
-    A drawer between two cheeks and below a lid comes in from the front.
-
-    >>> import numpy as np
-    >>> from blockstat import Assembly, box, find_interfaces
-    >>> from blockstat.sequence.insertion import insertion_direction
-    >>> blocks = [box((0, 0, 0), (3, 1, 1)), box((0, 0, 1), (1, 1, 2)), box((2, 0, 1), (3, 1, 2)),
-    ...           box((0, 0, 2), (3, 1, 3)), box((1, 0, 1), (2, 1, 2))]
-    >>> chest = Assembly.from_blocks(blocks, supports=[0])
-    >>> np.abs(insertion_direction(chest, find_interfaces(chest), 4, np.ones(5, bool))).round(6).tolist()
-    [0.0, 1.0, 0.0]
-    """
-    return StraightMotions(assembly, interfaces).find([block], present).direction
-
-
 @dataclass(frozen=True)
 class StraightMotion:
     """How blocks come in as one, or that they cannot."""
@@ -95,11 +61,25 @@ class StraightMotions:
         All blocks.
     interfaces : Interfaces
         Their joints.
+
+    Examples
+    --------
+    A drawer between two cheeks and below a lid comes in from the front.
+
+    >>> import numpy as np
+    >>> from blockstat import Assembly, box, find_interfaces
+    >>> from blockstat.sequence.insertion import StraightMotions
+    >>> blocks = [box((0, 0, 0), (3, 1, 1)), box((0, 0, 1), (1, 1, 2)), box((2, 0, 1), (3, 1, 2)),
+    ...           box((0, 0, 2), (3, 1, 3)), box((1, 0, 1), (2, 1, 2))]
+    >>> chest = Assembly.from_blocks(blocks, supports=[0])
+    >>> motions = StraightMotions(chest, find_interfaces(chest))
+    >>> np.abs(motions.find([4], np.ones(5, bool)).direction).round(6).tolist()
+    [0.0, 1.0, 0.0]
     """
 
     def __init__(self, assembly: Assembly, interfaces: Interfaces) -> None:
         self._assembly, self._interfaces = assembly, interfaces
-        self._up = -assembly.gravity / np.linalg.norm(assembly.gravity)
+        self._up = up_of(assembly)
         self._convex = convex_blocks(assembly, tolerance=CONVEX)
         self._pieces: dict[int, list[_Piece]] = {}
         self._obstacles: dict[tuple[int, int], list[_Obstacle]] = {}

@@ -25,7 +25,7 @@ from blockstat.assembly import block_indices
 from blockstat.certificate.check import FORCE_LIMIT, force_errors, power
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, check_vector, known_options
-from blockstat.loads import ON_BLOCK
+from blockstat.loads import ON_BLOCK, up_of
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.result import Result, Sentence
 from blockstat.sequence.states import State, Whole
@@ -180,7 +180,7 @@ def hoists(assembly: Assembly, blocks: Iterable[str]) -> list[Prop]:
     list of Prop
         One a block.
     """
-    up = -assembly.gravity / np.linalg.norm(assembly.gravity)
+    up = up_of(assembly)
     chosen = assembly.blocks_named(blocks, "hoists")
     return [Prop(assembly.names[k], tuple(assembly.centroid[k].tolist()), tuple(up.tolist())) for k in chosen]
 
@@ -302,8 +302,8 @@ def check_on_block(assembly: Assembly, block: int, prop: Prop, called: str) -> N
     """
     place, low, high = np.asarray(prop.point, dtype=float), assembly.bounds[0][block], assembly.bounds[1][block]
     # The whole box: the centre of a warped face or of a notched one lies in it, and so does a hoist's centroid.
-    room = ON_BLOCK * float(assembly.size[block])
-    if not ((low - room <= place) & (place <= high + room)).all():
+    slack = ON_BLOCK * float(assembly.size[block])
+    if not ((low - slack <= place) & (place <= high + slack)).all():
         raise InputError(
             f'{called} at {place.tolist()} is not on block "{prop.block}", which is from {low.round(6).tolist()} '
             f"to {high.round(6).tolist()}"

@@ -20,6 +20,7 @@ import numpy as np
 
 from blockstat.analysis.verdict import Outcome
 from blockstat.errors import InputError
+from blockstat.loads import up_of
 from blockstat.result import Sentence
 from blockstat.sequence.insertion import StraightMotion, StraightMotions
 from blockstat.sequence.plan import Plan, Step
@@ -133,7 +134,7 @@ class _Move:
 
     parent: Node
     wanted: int = 0
-    room: int = 0
+    hands: int = 0
 
 
 @dataclass(frozen=True)
@@ -292,7 +293,7 @@ class Search:
         beside = self._around(move.wanted)
         for place, block in enumerate(sorted(moving, key=lambda b: not beside >> b & 1)):
             more = held | 1 << block
-            if more != held and present >> block & 1 and self._hands(more) + move.room <= self.hands:
+            if more != held and present >> block & 1 and self._hands(more) + move.hands <= self.hands:
                 self._push((present, more), _Move(move.parent, wanted=move.wanted), (place,))
 
     def _around(self, unit: int) -> int:
@@ -315,8 +316,7 @@ class Search:
             burden = sum((self._above[b] & present & ~unit).bit_count() for b in _bits(unit))
             if self._access.free(unit, present & ~unit):
                 order = (unit != wanted, joints + burden, self._rank[unit.bit_length() - 1])
-                room = 0 if held & unit else 1
-                self._push((present & ~unit, held & ~unit), _Move(state, unit, room), order)
+                self._push((present & ~unit, held & ~unit), _Move(state, unit, hands=0 if held & unit else 1), order)
 
     def _push(self, state: Node, move: _Move, order: tuple[int, ...] = ()) -> None:
         if state not in self._before:
@@ -433,7 +433,8 @@ class _Access:
 def _above(whole: Whole) -> list[int]:
     """For each block, as bits, those that rest on it: the normal of their joint with it points up."""
     faces, found = whole.interfaces, [0] * whole.assembly.n_blocks
-    rise = -faces.frame[:, 0] @ (whole.assembly.gravity / np.linalg.norm(whole.assembly.gravity))
+    down = -up_of(whole.assembly)
+    rise = -faces.frame[:, 0] @ down
     for (a, b), up in zip(faces.pair.tolist(), rise.tolist(), strict=True):
         if abs(up) > STEEP:
             low, high = (a, b) if up > 0 else (b, a)

@@ -30,12 +30,12 @@ from blockstat.contact.overlap.penetration import check_copies, check_overlaps, 
 from blockstat.contact.point_law import joint_friction
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from blockstat.errors import InputError, InputWarning, check_choice, check_names, known_options, no_such
+from blockstat.loads import horizontal
 from blockstat.program.equilibrium import Columns, Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
 from blockstat.sequence.nearby import AT_REST, nearby_evidence, nearby_optimum, unbalanced
 from blockstat.solve.answer import Answer, Status
-from blockstat.studies.directions import horizontal
 from blockstat.system.workers import in_stretches
 from blockstat.typing import Floats, Ints
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from blockstat.errors import InputError
-from blockstat.model.size import blocks_asked, check_number
+from blockstat.model.size import blocks_asked, check_block_count
 from blockstat.model.walling import run as walling
 from blockstat.model.walling.heads import tell_moved
 from blockstat.spec.composition import Plan, load_tables, ties_of
@@ -251,10 +251,10 @@ def _check_size(building: Building) -> None:
     if building.vault is not None:
         voussoirs = round(value_of(building.vault.voussoirs))
         about += blocks_asked("barrel", {"voussoirs": voussoirs, "length": length, "brick": bricks["brick"][0]})
-    check_number("brick, wall and vault", about)
+    check_block_count("brick, wall and vault", about)
     for key, tables in (("doors", building.doors), ("windows", building.windows), ("buttresses", building.buttresses)):
         for side, table in tables.items():
-            check_number(f"{key}.{side}.number", value_of(table.number))
+            check_block_count(f"{key}.{side}.number", value_of(table.number))
     thickness = value_of(building.wall.thickness)
     if 2 * thickness > length * (1 + 1e-9):
         raise InputError(f"wall.thickness: end walls of {thickness:g} m overlap in a building of {length:g} m length")

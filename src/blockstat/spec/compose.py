@@ -21,7 +21,7 @@ from blockstat.errors import InputError, gathered, no_such
 from blockstat.joint import JointLaw, check_laws, fits
 from blockstat.model.ground import ground
 from blockstat.model.placing import moved, rotation
-from blockstat.model.size import blocks_asked, check_number
+from blockstat.model.size import blocks_asked, check_block_count
 from blockstat.spec.chapel import lowered
 from blockstat.spec.composition import GROUND, Composition, Plan, resolve
 from blockstat.spec.element import Element, Repeat, repeats_of
@@ -202,9 +202,9 @@ def _check_numbers(plan: Plan) -> None:
     for name, element in plan.elements.items():
         copies = prod(min(repeat.number, 10**15) for repeat in repeats_of(element))
         own = blocks_asked(kind_of(element), msgspec.structs.asdict(element)) * float(min(copies, 10**100))
-        check_number(f"elements.{name}", own)
+        check_block_count(f"elements.{name}", own)
         total += own
-    check_number("elements", total)
+    check_block_count("elements", total)
 
 
 def _placed(name: str, element: Element) -> list[Block]:

@@ -17,7 +17,7 @@ from blockstat.analysis.limit_load import DILATES, TOLERANCE, UNBOUNDED, LimitLo
 from blockstat.analysis.problem import pose
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.loads import Loads, acceleration
+from blockstat.loads import Loads, acceleration, horizontal
 from blockstat.result import Result, Sentence, finite
 from blockstat.typing import Floats
 
@@ -351,27 +351,6 @@ def _to_look_at(
         if known or narrow or not np.isfinite(high):
             return
         yield weakest
-
-
-def horizontal(assembly: Assembly) -> Floats:
-    """Return two unit vectors at right angles to gravity: x and y where gravity is vertical.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        The blocks, with their gravity.
-
-    Returns
-    -------
-    array of float, shape (2, 3)
-        The horizontal part of x (of z, where gravity is along x), and what stands to its left seen from above.
-    """
-    up = -assembly.gravity / np.linalg.norm(assembly.gravity)
-    first = np.array([1.0, 0.0, 0.0]) - up[0] * up
-    if np.linalg.norm(first) < 1e-6:  # gravity along x: any direction will do
-        first = np.array([0.0, 0.0, 1.0]) - up[2] * up
-    first: Floats = first / np.linalg.norm(first)
-    return np.array([first, np.cross(up, first)])
 
 
 def _towards(axes: Floats, angle: float) -> Floats:

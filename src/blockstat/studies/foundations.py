@@ -28,8 +28,6 @@ from blockstat.typing import Floats, Ints
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: What moves: a support, a group of supports, blocks or a group that stand on supports, or the two corners of a box.
-Where = str | int | tuple[float, float, float, float, float, float]
 #: Blocks whose fastest corner moves by less than this, relative to the movement of the supports, are at rest.
 MOVING = 0.01
 #: Joints that open or slide by less than this, relative to the movement of the supports, stay shut.
@@ -442,12 +440,12 @@ def _lies_in(problem: Problem, joint: int, lower: Floats, upper: Floats, called:
     assembly, pair = problem.assembly, problem.interfaces.pair[joint]
     corners = problem.interfaces.outline(joint)
     low, high = corners.min(axis=0), corners.max(axis=0)
-    room = ROUNDING * float(assembly.size[pair[~assembly.support[pair]]].min())
+    slack = ROUNDING * float(assembly.size[pair[~assembly.support[pair]]].min())
     beyond = np.maximum(lower - low, high - upper)
-    if (beyond <= room).all():
+    if (beyond <= slack).all():
         return True
     # Where the joint is flat it may lie in a face of the box; where it is wide, touching a face is to lie beside it.
-    margin = np.where(high - low > 2 * room, room, -room)
+    margin = np.where(high - low > 2 * slack, slack, -slack)
     if not len(_cut_to(corners, lower + margin, upper - margin)):
         return False
     k = int(np.argmax(beyond))

@@ -21,9 +21,9 @@ from blockstat.analysis.thrust import shared_joints, standing
 from blockstat.analysis.verdict import unit_motion
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_number, known_options
-from blockstat.loading.faces import selected, up_of
+from blockstat.loading.faces import selected
 from blockstat.loading.on_faces import facing
-from blockstat.loads import numbers
+from blockstat.loads import numbers, up_of
 from blockstat.result import Result, Sentence, finite
 from blockstat.traffic.place_brackets import FINER, PlaceBrackets
 from blockstat.traffic.places import (

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.errors import InputError
-from blockstat.loading.faces import ON, Face, up_of
+from blockstat.loading.faces import ON, Face
 from blockstat.loading.ground import below, depths, dispersed
-from blockstat.loads import as_points
+from blockstat.loads import as_points, up_of
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Road:
     face: Ints
 
     @property
-    def room(self) -> float:
+    def slack(self) -> float:
         """Lengths along the path that differ by less are one place [m]."""
         return SHORT * float(self.assembly.size.min())
 
@@ -77,12 +77,12 @@ class Road:
             Shape (n_blocks, 6); zero where the path has no face.
         """
         load = np.zeros((self.assembly.n_blocks, 6))
-        room = self.room
-        on = (self.start <= along + room) & (self.end >= along - room)
+        slack = self.slack
+        on = (self.start <= along + slack) & (self.end >= along - slack)
         if side > 0:
-            on &= self.end > along + room
+            on &= self.end > along + slack
         elif side < 0:
-            on &= self.start < along - room
+            on &= self.start < along - slack
         if not on.any():
             return load
         stretches = np.flatnonzero(on)
@@ -123,8 +123,8 @@ def road_along(
     if spread is None:
         corners = corners - np.outer(corners @ up, up)
     step = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-    room = SHORT * float(assembly.size.min())
-    if (step <= room).any():
+    slack = SHORT * float(assembly.size.min())
+    if (step <= slack).any():
         where = " in plan" if spread is None else ""
         raise InputError(f"path: two of its points that follow each other are the same{where}")
     length = np.concatenate([[0.0], np.cumsum(step)])
@@ -133,19 +133,19 @@ def road_along(
         for face in faces:
             cuts |= {float(length[k] + at * step[k]) for at in _crossings(face, one, two, up)}
     marks = np.array(sorted(cuts))
-    marks = marks[np.concatenate([[True], np.diff(marks) > room])]
+    marks = marks[np.concatenate([[True], np.diff(marks) > slack])]
     numbers = {id(face): k for k, face in enumerate(faces)}
     stretches = []
     for a, b in zip(marks[:-1], marks[1:], strict=True):
         middle = np.array([np.interp((a + b) / 2, length, corners[:, k]) for k in range(3)])
         under = below(faces, middle, up)
         if spread is not None:  # the path has heights, and what stands above it carries nothing
-            under = [(face, height) for face, height in under if height <= float(middle @ up) + room]
+            under = [(face, height) for face, height in under if height <= float(middle @ up) + slack]
         if under:
             top = max(height for _, height in under)
-            highest = [face for face, height in under if height >= top - room]
+            highest = [face for face, height in under if height >= top - slack]
             k = int(np.searchsorted(length, (a + b) / 2)) - 1
-            ahead, radius = corners[k + 1] - corners[k], BESIDE / SHORT * room
+            ahead, radius = corners[k + 1] - corners[k], BESIDE / SHORT * slack
             highest.sort(key=lambda face: _offset(face, middle, up, ahead, radius), reverse=True)
             stretches.append((a, b, (numbers[id(highest[0])], numbers[id(highest[-1])])))
     if not stretches:
@@ -215,7 +215,7 @@ def train_loads(
     for k, (at, way) in enumerate(zip(place, side, strict=True)):
         for behind, force in axles:
             along = at - behind
-            if not -road.room <= along <= road.length[-1] + road.room:
+            if not -road.slack <= along <= road.length[-1] + road.slack:
                 continue
             if spread is None:
                 loads[k] += force * road.wheel(along, int(way), lane)
@@ -270,7 +270,7 @@ def unloaded_warnings(road: Road, axles: Floats, wrenches: Floats) -> list[str]:
     if (none := np.count_nonzero(~wrenches.any(axis=(1, 2)))) > 0:
         told.append(f"at {none} of {len(wrenches)} places no axle stands on a block, so nothing is loaded there")
     widest = float(np.diff(np.sort(axles[:, 0])).max(initial=0.0))
-    if widest > length + road.room:
+    if widest > length + road.slack:
         told.append(
             f"two axles that follow each other are {widest:g} m apart, and the path is {length:g} m long: they are "
             "never on it together; distances are in metres behind the first axle"
@@ -346,10 +346,10 @@ def places_of(
         return even, np.ones(len(even), dtype=np.int64), np.zeros(len(even), dtype=bool)
     ends = np.unique(np.concatenate([road.start, road.end]))
     met = np.unique(ends[:, None] + train[:, 0])
-    met = np.append(met[(met > road.room) & (met < last - road.room)], [0.0, last][: 2 if len(met) else 0])
+    met = np.append(met[(met > road.slack) & (met < last - road.slack)], [0.0, last][: 2 if len(met) else 0])
     met = np.unique(met)
-    met = met[np.diff(met, prepend=-np.inf) > road.room]
-    there = np.searchsorted(met, even - road.room) < np.searchsorted(met, even + road.room, side="right")
+    met = met[np.diff(met, prepend=-np.inf) > road.slack]
+    there = np.searchsorted(met, even - road.slack) < np.searchsorted(met, even + road.slack, side="right")
     if not joints:
         met = even[there]
     after, before = met[met < last], met[met > 0.0]  # beyond both there is no train

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,11 +17,31 @@ from blockstat.typing import Floats, Ints
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
+AZIMUTH, ELEVATION = -55.0, 25.0  #: where one looks from, where nothing else is asked for [deg]
 #: An edge at which a block turns by less than this shows no line: its faces stand for one curved face.
 SMOOTH = np.cos(np.deg2rad(20.0))
 OUTLINE = (0.45, 0.45, 0.45, 1.0)  #: colour of outlines, as part of the face's
 #: Faces within this (sine) of being seen edge-on hide nothing.
 EDGE_ON = 1e-6
+
+
+def looked_at(options: dict[str, Any]) -> tuple[dict[str, Any], Floats]:
+    """Return the options of a picture with the angles of the eye among them, and what is seen from there.
+
+    Parameters
+    ----------
+    options : dict
+        Perhaps with "azimuth" and "elevation" [deg].
+
+    Returns
+    -------
+    dict
+        The options, with both.
+    array of float, shape (3, 3)
+        As `view_of` returns it.
+    """
+    look = {"azimuth": AZIMUTH, "elevation": ELEVATION} | options
+    return look, view_of(look["azimuth"], look["elevation"])
 
 
 def view_of(azimuth: float, elevation: float) -> Floats:

@@ -18,7 +18,7 @@ from blockstat.result import plain
 from blockstat.sensitivity.parameters import stone_sensitivity
 from blockstat.system.writing import check_directory, written_whole
 from blockstat.typing import Floats, Ints
-from blockstat.view.painter import posed, view_of, visible, with_copies
+from blockstat.view.painter import AZIMUTH, ELEVATION, looked_at, posed, view_of, visible, with_copies
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,8 +57,8 @@ def plot(
     rotation: Floats | None = None,
     ghosts: Ints | None = None,
     title: str = "",
-    azimuth: float = -55.0,
-    elevation: float = 25.0,
+    azimuth: float = AZIMUTH,
+    elevation: float = ELEVATION,
     opacity: float = 1.0,
     overlay: Callable[[Axes], None] | None = None,
 ) -> Place:
@@ -479,8 +479,7 @@ def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     """
     from matplotlib.colors import to_rgba
 
-    azimuth, elevation = options.pop("azimuth", -55.0), options.pop("elevation", 25.0)
-    view = view_of(azimuth, elevation)
+    look, view = looked_at(options)
     point, force, tension = resultants(verdict)
     size = np.linalg.norm(force, axis=1)
     reach = 0.06 * extent(verdict.assembly) / max(float(size.max(initial=0.0)), 1e-300)
@@ -497,8 +496,7 @@ def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     name = verdict.assembly.name
     what = "joint forces" if balanced(verdict) else "not in equilibrium, joint forces of least residual tension"
     drawn = {"title": f"{name}: {what}, longest {plain(size.max(initial=0.0) / 1e3)} kN", "opacity": 0.35}
-    look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
-    return plot(verdict.assembly, place, **drawn | options, **look)
+    return plot(verdict.assembly, place, **drawn | look, overlay=draw)
 
 
 def balanced(verdict: Verdict) -> bool:

@@ -14,7 +14,7 @@ from blockstat.studies.settling_path import SettlementPath
 from blockstat.system.writing import check_directory
 from blockstat.typing import Floats
 from blockstat.view.animation import quaternions, write_motion
-from blockstat.view.painter import posed, view_of
+from blockstat.view.painter import AZIMUTH, ELEVATION, looked_at, posed, view_of
 from blockstat.view.plot import Place, draw_joints, extent, fresh_figure, plot, save_figure
 
 if TYPE_CHECKING:
@@ -70,8 +70,7 @@ def plot_settlement(found: Settlement, place: Place, **options: Any) -> Place:
 
     assembly = found.assembly
     scale = DRAWN * extent(assembly) / max(float(corner_speed(assembly, found.mechanism).max()), 1e-300)
-    azimuth, elevation = options.pop("azimuth", -55.0), options.pop("elevation", 25.0)
-    view = view_of(azimuth, elevation)
+    look, view = looked_at(options)
     moved = np.concatenate([np.empty(0, int), *(part.joints for part in found.foundations)])
     steps = [np.tile(scale * part.displacement, (len(part.joints), 1)) for part in found.foundations]
     shift = np.concatenate([np.empty((0, 3)), *steps])
@@ -85,7 +84,7 @@ def plot_settlement(found: Settlement, place: Place, **options: Any) -> Place:
         "title": f"{assembly.name}: {widest}", "displacement": scale * found.mechanism[:, :3],
         "rotation": Rotation.from_rotvec(scale * found.mechanism[:, 3:]).as_matrix(),
     }  # fmt: skip
-    return plot(assembly, place, **drawn | options, azimuth=azimuth, elevation=elevation, overlay=draw)
+    return plot(assembly, place, **drawn | look, overlay=draw)
 
 
 def openings(found: Settlement) -> Floats:
@@ -212,7 +211,7 @@ def film_times(displacement: Floats) -> Floats:
 
 
 def write_path(
-    found: CapacityCurve | SettlementPath, path: str | Path, *, azimuth: float = -55.0, elevation: float = 25.0
+    found: CapacityCurve | SettlementPath, path: str | Path, *, azimuth: float = AZIMUTH, elevation: float = ELEVATION
 ) -> Path:
     """Write how the blocks move along a capacity curve or a settlement, in true scale.
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.verdict import Verdict
+from blockstat.loads import up_of
 from blockstat.result import plain
 from blockstat.typing import Floats
-from blockstat.view.painter import view_of
+from blockstat.view.painter import looked_at
 from blockstat.view.plot import Place, balanced, joint_resultants, plot
 
 if TYPE_CHECKING:
@@ -54,8 +55,7 @@ def plot_thrust(verdict: Verdict, place: Place, **options: Any) -> Place:
     """
     from matplotlib.collections import LineCollection
 
-    azimuth, elevation = options.pop("azimuth", -55.0), options.pop("elevation", 25.0)
-    view = view_of(azimuth, elevation)
+    look, view = looked_at(options)
     lines, carried = thrust_lines(verdict)
     width = WIDEST * np.sqrt(carried / max(float(carried.max(initial=0.0)), 1e-300))
 
@@ -66,8 +66,7 @@ def plot_thrust(verdict: Verdict, place: Place, **options: Any) -> Place:
     what = "thrust" if balanced(verdict) else "not in equilibrium, thrust of least residual tension"
     title = f"{verdict.assembly.name}: {what}, widest {plain(carried.max(initial=0.0) / 1e3)} kN"
     drawn = {"title": title, "opacity": 0.35}
-    look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
-    return plot(verdict.assembly, place, **drawn | options, **look)
+    return plot(verdict.assembly, place, **drawn | look, overlay=draw)
 
 
 def thrust_lines(verdict: Verdict) -> tuple[Floats, Floats]:
@@ -88,7 +87,7 @@ def thrust_lines(verdict: Verdict) -> tuple[Floats, Floats]:
     """
     assembly, faces = verdict.assembly, verdict.interfaces
     joint, point, force, _ = joint_resultants(verdict)
-    down = assembly.gravity / np.linalg.norm(assembly.gravity)
+    down = -up_of(assembly)
     size = np.linalg.norm(force, axis=1)
     entering: dict[int, list[tuple[Floats, float]]] = {}
     leaving: dict[int, list[tuple[Floats, float]]] = {}

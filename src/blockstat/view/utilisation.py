@@ -9,7 +9,7 @@ import numpy as np
 from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.errors import check_choice
 from blockstat.typing import Floats
-from blockstat.view.painter import view_of
+from blockstat.view.painter import looked_at
 from blockstat.view.plot import DEMAND, Place, balanced, draw_joints, plot
 
 if TYPE_CHECKING:
@@ -116,11 +116,11 @@ def eccentricity(interfaces: Interfaces, point: Floats) -> Floats:
         twice = flat[:, 0] * np.roll(flat[:, 1], -1) - flat[:, 1] * np.roll(flat[:, 0], -1)
         middle = ((flat + np.roll(flat, -1, axis=0)) * twice[:, None]).sum(axis=0) / (3 * twice.sum())
         outward = np.column_stack([edge[:, 1], -edge[:, 0]]) * np.sign(twice.sum())
-        room = np.einsum("ij,ij->i", outward, flat - middle)
+        clearance = np.einsum("ij,ij->i", outward, flat - middle)
         reach = outward @ ((point[k] - corner[0]) @ frame[1:].T - middle)
         # An edge of no length, where two corners coincide, bounds nothing.
-        real = room > 1e-12 * room.max()
-        result[k] = max(float((reach[real] / room[real]).max()), 0.0)
+        real = clearance > 1e-12 * clearance.max()
+        result[k] = max(float((reach[real] / clearance[real]).max()), 0.0)
     return result
 
 
@@ -158,8 +158,7 @@ def plot_utilisation(verdict: Verdict, place: Place, **options: Any) -> Place:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    look: dict[str, Any] = {"azimuth": -55.0, "elevation": 25.0} | options
-    view = view_of(look["azimuth"], look["elevation"])
+    look, view = looked_at(options)
     faces = verdict.interfaces
     bar = ScalarMappable(Normalize(0.0, 1.0), colormaps[DEMAND])
     used = utilisation(verdict)
@@ -214,8 +213,7 @@ def plot_reserve_map(found: ReserveMap, what: str, place: Place, **options: Any)
     from matplotlib.colors import Normalize
 
     check_choice("what", what, tuple(LABELS))
-    look: dict[str, Any] = {"azimuth": -55.0, "elevation": 25.0} | options
-    view = view_of(look["azimuth"], look["elevation"])
+    look, view = looked_at(options)
     faces, (label, step) = found.limit.interfaces, LABELS[what]
     value = step * np.abs(found.by(what))
     least = step * found.floor(what)  # up to here it is rounding

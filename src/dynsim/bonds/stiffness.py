@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from blockstat.errors import InputError, check_number
+from blockstat.errors import InputError, check_number, is_number
 from dynsim.bonds.glue import CentreBonds
 from dynsim.bonds.springs import Springs, spring_set
 from dynsim.bonds.ties import TieForces
@@ -192,6 +192,5 @@ def caveats(actions: Iterable[Action]) -> list[str]:
 
 
 def _check(name: str, value: float) -> None:
-    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if not number or not 0 < value < float("inf"):
+    if not is_number(value) or not 0 < value < float("inf"):
         raise InputError(f"{name} is {value!r}; it must be a positive number")

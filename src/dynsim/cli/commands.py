@@ -14,13 +14,13 @@ from blockstat.cli.cases import (
     Case,
     LoadsFile,
     chosen_case,
-    doubt_loads,
     growing_or_held,
     load_and_loads,
     loads_echoed,
     loads_said,
+    warn_of_idle_loads,
 )
-from blockstat.cli.displacement import doubt_movement
+from blockstat.cli.displacement import warn_of_far_movement
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -127,9 +127,9 @@ def verify(
     def read(file: Path) -> Assembly:
         assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
         for acts in loads:
-            doubt_movement(assembly, "--settle", [acts.travel])
+            warn_of_far_movement(assembly, "--settle", [acts.travel])
         if case is None and loads_file is None:
-            doubt_loads(assembly.metadata, file)
+            warn_of_idle_loads(assembly.metadata, file)
         return with_glue(assembly, glue)
 
     settings, near = settings_of(preset, threshold, group), gap_of(gap)
@@ -232,7 +232,7 @@ def shake(
 
     motion, near = ground_of(record, pulse, ramp, direction, scale), gap_of(gap)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    doubt_loads(assembly.metadata, file, chosen=False)
+    warn_of_idle_loads(assembly.metadata, file, chosen=False)
     settings = settings_of(preset, threshold, group)
     actions = stiffness_of(inertia_scale, angular_stiffness)
     evaluate = partial(run, settings=settings, loads=[motion], actions=actions, gap=near)
@@ -314,7 +314,7 @@ def compare(
 
     def read(file: Path) -> Assembly:
         assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-        doubt_loads(assembly.metadata, file, chosen=False)
+        warn_of_idle_loads(assembly.metadata, file, chosen=False)
         return assembly
 
     evaluate = partial(compare_one, engines=check_engines(engines.split(",")), gap=gap_of(gap))

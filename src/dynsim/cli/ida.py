@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from blockstat.cli.cases import doubt_loads
+from blockstat.cli.cases import warn_of_idle_loads
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -94,7 +94,7 @@ def ida(
         fresh_figure(plot)  # before the runs, to say at once that it cannot be written
     near, motions = gap_of(gap), _named(record, direction, scale)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    doubt_loads(assembly.metadata, file, chosen=False)
+    warn_of_idle_loads(assembly.metadata, file, chosen=False)
     settings = settings_of(preset, threshold, group)
     with at_work(f"{len(motions)} records, {assembly.n_blocks:,} blocks") as say:
         found = incremental(

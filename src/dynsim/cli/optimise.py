@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.cli.cases import doubt_loads
+from blockstat.cli.cases import warn_of_idle_loads
 from blockstat.cli.chance import Imperfect, imperfections_of
 from blockstat.cli.options import AsJson, Friction, Gap, Gravity, Tilt, gap_of, modified, print_json
 from blockstat.errors import InputError
@@ -63,7 +63,7 @@ def optimise(
     directory = output or Path("out") / building.name
     names = only.split(",") if only else None
     space_of(building, names)
-    doubt_loads({"loads": building.loads, "cases": building.cases}, scene, chosen=False)
+    warn_of_idle_loads({"loads": building.loads, "cases": building.cases}, scene, chosen=False)
     if directory.is_file():
         raise InputError(f"output: {directory} is a file; a search writes into a folder")
     directory.mkdir(parents=True, exist_ok=True)

@@ -45,5 +45,5 @@ def report(
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     simulated = partial(verify, settings=Settings.named(preset), gap=near)
     acting = {"case": case, "loads": loads, "tilt": tilt}
-    options = {"units": units, "gap": near, "directions": directions, "code": code}
+    options = {"units": units, "up": up, "gap": near, "directions": directions, "code": code}
     write_report(file, assembly, output, verify=simulated, **options, **acting)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.cli.cases import doubt_loads
+from blockstat.cli.cases import warn_of_idle_loads
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -63,7 +63,7 @@ def sequence(
     if plan is None:
         file, plan = _assembly_of(file), file
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
-    doubt_loads(assembly.metadata, file, chosen=False)
+    warn_of_idle_loads(assembly.metadata, file, chosen=False)
     steps = read_plan(plan, assembly)
     settings = Settings.named(preset, **(STEP if preset != "careful" else {}))  # what is asked for with care stays
     with at_work(f"{len(steps.steps)} steps") as say:

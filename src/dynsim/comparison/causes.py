@@ -11,6 +11,7 @@ from blockstat.analysis.reserve import loose_joints
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.loads import up_of
 from blockstat.result import Sentence, plain
 from dynsim.judge.stages import stages
 from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
@@ -253,7 +254,7 @@ def _rests_on_open_joints(stable: Verdict) -> bool:
 def _tips(static: Verdict) -> bool:
     """Whether a small push in some horizontal direction changes the verdict, and leaves it no equilibrium."""
     assembly = static.assembly
-    down = assembly.gravity / np.linalg.norm(assembly.gravity)
+    down = -up_of(assembly)
     across = np.cross(down, np.eye(3)[np.argmin(np.abs(down))])
     across /= np.linalg.norm(across)
     for angle in 2 * np.pi * np.arange(PUSHES) / PUSHES:

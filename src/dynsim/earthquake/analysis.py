@@ -20,7 +20,7 @@ from dynsim.earthquake.hunt import Hunt, bracket
 from dynsim.earthquake.motion import MEASURES, Motions, intensity_of, named_motions
 from dynsim.earthquake.runs import REST, Kept, ScaledRun, Shaking, kept
 from dynsim.earthquake.schedule import Hunted, hunt_all
-from dynsim.engine.guards import check_assembly
+from dynsim.engine.guards import check_can_simulate
 from dynsim.engine.world import Action
 from dynsim.judge.rest import threshold_under
 from dynsim.judge.verdict import DynamicOutcome
@@ -336,7 +336,7 @@ def incremental(
     if not 0 < confidence < 1:
         raise InputError(f"incremental: confidence is {confidence!r}; it must be between 0 and 1")
     motions, processes = named_motions(records), jobs_checked(jobs)
-    check_assembly(assembly)
+    check_can_simulate(assembly)
     units = {name: intensity_of(motion, assembly.gravity, measure) for name, motion in motions.items()}
     for name, unit in units.items():
         if not unit > 0:

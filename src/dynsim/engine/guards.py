@@ -15,6 +15,7 @@ from blockstat.assembly import Assembly, check_supports
 from blockstat.contact.faces import frames
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
+from blockstat.loads import up_of
 from blockstat.typing import Floats
 
 #: Sizes (cube root of the volume) beyond this many times the median, or below its reciprocal.
@@ -39,7 +40,7 @@ LOST = "was lost in the simulation (its position is not a number); forces, veloc
 OVERLAP = 0.05
 
 
-def check_assembly(assembly: Assembly) -> None:
+def check_can_simulate(assembly: Assembly) -> None:
     """Check that Bullet can simulate a scene rightly.
 
     Parameters
@@ -165,7 +166,7 @@ def iterations_for(assembly: Assembly, interfaces: Interfaces, *, careful: bool 
     heavy, light = np.concatenate([interfaces.pair, interfaces.pair[:, ::-1]]).T
     push = np.concatenate([-interfaces.frame[:, 0], interfaces.frame[:, 0]])  # of the light one on the heavy one
     place = np.concatenate([place, place])
-    up = -assembly.gravity / np.linalg.norm(assembly.gravity)
+    up = up_of(assembly)
     angle = np.arange(8)[:, None] * np.pi / 4
     around = np.hstack([np.cos(angle), np.sin(angle)]) @ frames(up[None])[0, 1:]
     beside = np.full(n, SWEEPS)

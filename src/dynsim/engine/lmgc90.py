@@ -34,7 +34,7 @@ from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
 from dynsim.engine.bodies import Shape, filled_blocks, outward_hull, shapes
 from dynsim.engine.friction import STICKY, has_own_friction
-from dynsim.engine.guards import check_assembly, check_places
+from dynsim.engine.guards import check_can_simulate, check_places
 from dynsim.engine.lmgc90_process import Scene, State
 from dynsim.engine.world import BLOCK_MASS, BLOCK_SIZE, GRAVITY, Action
 from dynsim.settings import Settings
@@ -107,7 +107,7 @@ class Lmgc90World:
             package is missing.
         """
         import_lmgc90()
-        check_assembly(assembly)
+        check_can_simulate(assembly)
         _check_scene(assembly, actions, interfaces)
         free = ~assembly.support
         self.assembly, self.settings = assembly, settings

@@ -20,13 +20,14 @@ import numpy as np
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import InputError
+from blockstat.loads import up_of
 from blockstat.typing import Floats, Ints
 from dynsim.engine.bodies import Shape, filled_blocks, hull_obj, likeness, shapes
 from dynsim.engine.bullet import ENGINE, contact_points, import_bullet, matrices, quaternion
 from dynsim.engine.friction import block_friction, common_friction, has_own_friction
 from dynsim.engine.guards import (
-    check_assembly,
     check_blocks,
+    check_can_simulate,
     check_overlap,
     check_places,
     check_rotations,
@@ -128,7 +129,7 @@ class World:
         InputError
             For a scene that Bullet cannot simulate rightly.
         """
-        check_assembly(assembly)
+        check_can_simulate(assembly)
         free = ~assembly.support
         self.assembly, self.settings = assembly, settings
         if interfaces is not None:
@@ -378,7 +379,7 @@ class World:
         below : float
             How far it is below the lowest point of the blocks as built [m].
         """
-        b, down = self._bullet, np.asarray(self.assembly.gravity) / np.linalg.norm(self.assembly.gravity)
+        b, down = self._bullet, -up_of(self.assembly)
         level = float((self.assembly.vertices @ down).max()) + below
         plane = b.createCollisionShape(b.GEOM_PLANE, planeNormal=(-down).tolist(), physicsClientId=self._client)
         at = (level * self.length * down).tolist()

@@ -27,10 +27,11 @@ from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry_repair.repair import close_joints
 from blockstat.geometry_repair.trimming import trim_overlaps
+from blockstat.loads import up_of
 from blockstat.program.given_joints import check_given
 from blockstat.typing import Floats
 from dynsim.judge.criteria import default_threshold
-from dynsim.judge.stages import chain
+from dynsim.judge.stages import joints_to_furthest_block
 
 #: Sound assemblies settle by less than this part of the default threshold: gaps that move blocks by less do not matter.
 SHARE = 0.1
@@ -137,7 +138,7 @@ def _joined(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
     drawn = _drop(assembly, interfaces, opening).max()
     if max(drawn, own) <= least:
         return ClosedScene(assembly, interfaces)
-    tolerance = least / max(chain(assembly, interfaces), 1)
+    tolerance = least / max(joints_to_furthest_block(assembly, interfaces), 1)
     # A joint of the chain that lets a block fall so far lets it fall by no more than that.
     fall = opening / np.maximum(_cosine(assembly, interfaces), ROUNDING)
     loose = (opening > tolerance) | ((fall > tolerance) & (fall <= drawn))
@@ -226,7 +227,7 @@ def _drop(assembly: Assembly, interfaces: Interfaces, gap: Floats, *, thrust: bo
 
 def _cosine(assembly: Assembly, interfaces: Interfaces) -> Floats:
     """Cosine of the angle between each joint's normal and gravity, shape (n_interfaces,)."""
-    return np.abs(interfaces.frame[:, 0] @ (assembly.gravity / np.linalg.norm(assembly.gravity)))
+    return np.abs(interfaces.frame[:, 0] @ up_of(assembly))
 
 
 def _refusal(assembly: Assembly, interfaces: Interfaces, at_fault: np.ndarray, drop: Floats) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.errors import known_options
-from blockstat.studies.directions import horizontal
+from blockstat.loads import horizontal, up_of
 from blockstat.typing import Floats, Ints
 
 #: Default threshold: a thirtieth of the median block size (10 mm for blocks of 0.3 m) or a twentieth of the
@@ -61,7 +61,7 @@ def courses(assembly: Assembly) -> float:
     """
     from shapely import STRtree, box
 
-    axes = np.vstack([horizontal(assembly), assembly.gravity / np.linalg.norm(assembly.gravity)])
+    axes = np.vstack([horizontal(assembly), -up_of(assembly)])
     along = assembly.vertices @ axes.T
     low = np.minimum.reduceat(along, assembly.vertex_start[:-1])[~assembly.support]
     high = np.maximum.reduceat(along, assembly.vertex_start[:-1])[~assembly.support]
@@ -101,7 +101,7 @@ def drops(assembly: Assembly, displacement: Floats) -> Floats:
     >>> drops(pillar, np.array([[0.0, 0.0, 0.0], [0.2, 0.0, -0.1]])).tolist()
     [0.0, 0.1]
     """
-    return displacement @ (assembly.gravity / np.linalg.norm(assembly.gravity))
+    return displacement @ -up_of(assembly)
 
 
 @known_options

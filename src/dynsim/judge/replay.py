@@ -28,7 +28,7 @@ from dynsim.judge.closing import closed_scene
 from dynsim.judge.criteria import ARM, angles, default_threshold
 from dynsim.judge.rest import RestDetection, movement
 from dynsim.judge.run import TALL, Contacts, Run, height_of, rotation_vectors
-from dynsim.judge.stages import MIDDLE, chain
+from dynsim.judge.stages import MIDDLE, joints_to_furthest_block
 from dynsim.judge.verdict import DynamicOutcome
 from dynsim.settings import Settings
 
@@ -195,7 +195,7 @@ def sequence(
     start = process_time()
     scene = closed_scene(assembly, find_interfaces(assembly, gap=gap) if interfaces is None else interfaces)
     settings = settings or replace(Settings(), **STEP)
-    depth = chain(scene.assembly, scene.interfaces)
+    depth = joints_to_furthest_block(scene.assembly, scene.interfaces)
     settings = replace(settings, iterations=max(settings.iterations, MIDDLE * depth))
     props = _props(scene.assembly, plan)
     with World(scene.assembly, settings, [props] if plan.props else [], interfaces=scene.interfaces) as world:

@@ -94,7 +94,7 @@ def threshold_under(assembly: Assembly, loads: Sequence[Load], given: float | No
     return given + float(carried.max())
 
 
-def free_fall(assembly: Assembly, interfaces: Interfaces) -> Floats:
+def free_drop(assembly: Assembly, interfaces: Interfaces) -> Floats:
     """Return how far each block may drop that nothing holds as built.
 
     Parameters

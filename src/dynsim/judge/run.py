@@ -12,10 +12,11 @@ import numpy as np
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import check_number, known_options
+from blockstat.loads import up_of
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import bonds_of
 from dynsim.checks import check_engine
-from dynsim.engine.guards import check_assembly
+from dynsim.engine.guards import check_can_simulate
 from dynsim.engine.lmgc90 import Lmgc90World
 from dynsim.engine.world import Action, World
 from dynsim.judge.closing import closed_scene
@@ -270,7 +271,7 @@ def simulate(
     settings = Settings.of(settings)
     check_number("hold", hold, least=0)
     check_engine(engine)
-    check_assembly(assembly)
+    check_can_simulate(assembly)
     start = process_time()
     times, displacement, rotation, kinetic = [], [], [], []
     removed = np.full(assembly.n_blocks, np.inf)
@@ -369,5 +370,5 @@ def height_of(assembly: Assembly) -> float:
         From the lowest corner to the highest [m].
     """
     free = np.repeat(~assembly.support, np.diff(assembly.vertex_start))
-    along = assembly.vertices[free] @ (assembly.gravity / np.linalg.norm(assembly.gravity))
+    along = assembly.vertices[free] @ up_of(assembly)
     return float(np.ptp(along))

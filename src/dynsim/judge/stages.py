@@ -45,7 +45,7 @@ def stages(assembly: Assembly, settings: Settings, interfaces: Interfaces) -> St
     """
     if settings.fine_step >= settings.time_step:
         return Stages(settings)
-    depth = chain(assembly, interfaces)
+    depth = joints_to_furthest_block(assembly, interfaces)
     coarse = settings.quick_step > settings.time_step
     settle = settings.settle_step or (settings.quick_step if coarse else None)
     middle = max(settings.iterations, MIDDLE * depth, iterations_for(assembly, interfaces))
@@ -56,7 +56,7 @@ def stages(assembly: Assembly, settings: Settings, interfaces: Interfaces) -> St
     return Stages(first, check, fine)
 
 
-def chain(assembly: Assembly, interfaces: Interfaces) -> int:
+def joints_to_furthest_block(assembly: Assembly, interfaces: Interfaces) -> int:
     """Return the number of joints between a support and the block furthest from any.
 
     Parameters

@@ -25,7 +25,7 @@ from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
-from blockstat.studies.directions import horizontal
+from blockstat.loads import horizontal
 from blockstat.typing import Floats
 from dynsim.engine.friction import STICKY, block_friction, common_friction, has_own_friction
 from dynsim.judge.criteria import default_threshold
@@ -189,7 +189,7 @@ def wedging(
         Coulomb friction, as in a flat arch, and where they cannot be asked.
     """
     assembly = run.assembly
-    weight = float(assembly.mass[assembly.free].sum() * np.linalg.norm(assembly.gravity))
+    weight = assembly.free_weight
     given = float(np.linalg.norm(_constant(assembly, loads)[:, :3], axis=1).sum())
     most = max(run.contacts.planes(), key=lambda plane: plane.pressure, default=None)
     if most is None or most.pressure <= (1 + BEYOND) * (weight + given):

@@ -19,12 +19,12 @@ from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import changed_joints, weakened
 from dynsim.bonds.stiffness import caveats
 from dynsim.checks import check_engine
-from dynsim.engine.guards import check_assembly, iterations_for
+from dynsim.engine.guards import check_can_simulate, iterations_for
 from dynsim.engine.world import Action
 from dynsim.judge.closing import ClosedScene, closed_scene
 from dynsim.judge.cracks import find_cracks
 from dynsim.judge.criteria import ARM, OVERTURNED, angles, default_threshold, drops, group_box_centre, rate
-from dynsim.judge.rest import AFTERWARDS, RestDetection, free_fall, last_change, movement, stays, threshold_under
+from dynsim.judge.rest import AFTERWARDS, RestDetection, free_drop, last_change, movement, stays, threshold_under
 from dynsim.judge.run import Run, simulate
 from dynsim.judge.stages import SAME_FALL, Stages, stages
 from dynsim.judge.static_reserve import StaticReserve, doubted
@@ -123,7 +123,7 @@ def verify(
     """
     settings = Settings.of(settings)
     check_engine(engine)
-    check_assembly(assembly)
+    check_can_simulate(assembly)
     acting, actions = as_loads(assembly, loads), as_actions(actions)
     scene = closed_scene(assembly, find_interfaces(assembly, gap=gap) if interfaces is None else interfaces)
     asked = statics and engine == "bullet" and not (acting or actions)
@@ -154,7 +154,7 @@ def verify_unasked(
         Its `friction_excess` is 0, whatever the friction.
     """
     settings = Settings.of(settings)
-    check_assembly(assembly)
+    check_can_simulate(assembly)
     acting = as_loads(assembly, loads)
     return _judged(closed_scene(assembly, interfaces), settings, acting, (), "bullet", None, None)
 
@@ -343,7 +343,7 @@ class _Evaluator:
         self._loads, self._actions = loads, actions
         self._crack = settings.crack_threshold
         self._loose = np.full(assembly.n_blocks, np.inf)
-        self._loose[self._judged] = free_fall(assembly, interfaces)[self._judged]
+        self._loose[self._judged] = free_drop(assembly, interfaces)[self._judged]
 
     def __call__(self, settings: Settings, spent: float = 0.0) -> DynamicVerdict:
         rest = RestDetection(self._threshold, settings.window)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.app.background import Crashed, Refused, Worker
+from blockstat.app.words import MARGIN, SMALL, small
 from blockstat.result import millimetres
 from blockstat.view.three_d.player import HOLD, trajectory
 from dynsim.panel.work import Fallen, Film, let_fall
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from blockstat.app.words import Known
     from dynsim.judge.verdict import DynamicVerdict
 
-SMALL = "margin:0 10px;font-size:.85em;line-height:1.45"
 TONES = {"stands": "#0072B2", "falls": "#D55E00", "creeps": "#CC79A7"}
 #: A film shorter than this is played slower, so that it can be followed [s].
 SHORT = 2.5
@@ -142,10 +142,10 @@ class FallPanel:
 
     def _show(self, note: str) -> None:
         if self._fallen is not None and self._known is not None:
-            self._text.content = side_by_side(self._known, self._fallen) + _small(note)
+            self._text.content = side_by_side(self._known, self._fallen) + small(escape(note))
 
     def _say(self, text: str) -> None:
-        self._text.content = _small(text)
+        self._text.content = small(escape(text))
 
 
 def side_by_side(known: Known, fallen: Fallen) -> str:
@@ -176,11 +176,11 @@ def side_by_side(known: Known, fallen: Fallen) -> str:
     )
     head = "<tr style='color:#666'><td>mm</td><td>moved</td><td>threshold</td><td></td></tr>"
     first = f"First to move: {verdict.first_block}." if verdict.first_block else ""
-    notes = "".join(_small(text) for text in (first, fallen.reason, *verdict.warnings) if text)
+    notes = "".join(small(escape(text)) for text in (first, fallen.reason, *verdict.warnings) if text)
     return (
-        f'<table style="width:94%;{SMALL}">{moved}</table>'
-        f'<table style="width:94%;{SMALL}">{head}{rows}</table>'
-        f"{_small(verdict.outcome.value)}{notes}"
+        f'<table style="width:94%;{MARGIN};{SMALL}">{moved}</table>'
+        f'<table style="width:94%;{MARGIN};{SMALL}">{head}{rows}</table>'
+        f"{small(escape(verdict.outcome.value))}{notes}"
     )
 
 
@@ -205,8 +205,3 @@ def criteria(verdict: DynamicVerdict) -> list[tuple[str, float, float]]:
         ("a block, any way", verdict.max_displacement, verdict.brick_threshold),
         ("a block, by turning", verdict.max_turn, verdict.turn_threshold),
     ]
-
-
-def _small(text: str) -> str:
-    """Plain text in small letters, as HTML."""
-    return f'<div style="{SMALL};padding-top:.4em">{escape(text)}</div>' if text else ""

@@ -9,6 +9,7 @@ import numpy as np
 
 from blockstat.app.background import Crashed, Refused, Worker
 from blockstat.app.controls import named
+from blockstat.app.words import MARGIN, SMALL
 from blockstat.errors import InputError
 from dynsim.panel.work import Found, Step, optimise
 
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from blockstat.app.words import Known
     from blockstat.design_search.search import Candidate
 
-SMALL = "margin:0 10px;font-size:.85em;line-height:1.45"
 #: What became of a design, and its colour in the plot and on its row.
 KINDS = {"stands": (0, 114, 178), "falls": (213, 94, 0), "creeps": (204, 121, 167), "pruned": (150, 150, 150)}
 #: Rows that stay on the page; the newest ones.
@@ -194,7 +194,7 @@ class OptimisePanel:
         self._cancel.disabled, self._go.disabled = True, not self._choices
 
     def _say(self, text: str) -> None:
-        self._text.content = f'<div style="{SMALL}">{escape(text)}</div>'
+        self._text.content = f'<div style="{MARGIN};{SMALL}">{escape(text)}</div>'
 
 
 def plotted(history: list[Candidate]) -> tuple[np.ndarray, ...]:

@@ -13,7 +13,7 @@ from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_number
 from blockstat.system.writing import check_directory, written_whole
 from blockstat.typing import Floats, Ints
-from blockstat.view.painter import posed, view_of, visible
+from blockstat.view.painter import AZIMUTH, ELEVATION, posed, view_of, visible
 from blockstat.view.plot import SUPPORT, save_figure
 from dynsim.engine.world import Action, World
 from dynsim.judge.run import Run, simulate
@@ -196,8 +196,8 @@ def film_strip(
     *,
     frames: int = 5,
     times: Sequence[float] | None = None,
-    azimuth: float = -55.0,
-    elevation: float = 25.0,
+    azimuth: float = AZIMUTH,
+    elevation: float = ELEVATION,
 ) -> Path:
     """Draw moments of a run side by side.
 
@@ -256,7 +256,7 @@ def film_strip(
 class _Painter:
     """Draws frames of a run in one window, in colours that tell how far each block has moved since release."""
 
-    def __init__(self, run: Run, chosen: Ints, azimuth: float = -55.0, elevation: float = 25.0) -> None:
+    def __init__(self, run: Run, chosen: Ints, azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> None:
         from matplotlib import colormaps
         from matplotlib.cm import ScalarMappable
         from matplotlib.colors import Normalize

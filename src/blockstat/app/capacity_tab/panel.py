@@ -13,6 +13,7 @@ from blockstat.app.capacity_tab.figure import figure
 from blockstat.app.capacity_tab.following import follow_curve
 from blockstat.app.capacity_tab.trace import CLICKED, MOST, Event, Finished, Seen, Trace, controls
 from blockstat.app.design import PUSHES
+from blockstat.app.words import small
 from blockstat.view.settling import film_times
 from blockstat.view.three_d.dress import AT_REST, CAPACITY
 
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from blockstat.app.page import Page
     from blockstat.app.words import Known
 
-SMALL = "margin:0 10px;font-size:.85em;line-height:1.45;overflow-wrap:anywhere"
 NOTHING = "No curve has been followed for this design."
 CHANGED = "The scene has changed: this is the curve of another design."
 
@@ -224,8 +224,8 @@ class CapacityPanel:
             return
         self._figure.content = figure(trace, self._at, old=self._old)
         if not self._old:
-            self._words.content = _small(f"<b>{escape(trace.states[self._at].words)}</b>")
-            self._notes.content = _small(trace.notes())
+            self._words.content = small(f"<b>{escape(trace.states[self._at].words)}</b>")
+            self._notes.content = small(trace.notes())
 
     def _still(self) -> None:
         """No film of the curve runs; the button of rest is there while blocks are displaced."""
@@ -247,8 +247,4 @@ class CapacityPanel:
         self._say(text)
 
     def _say(self, *lines: str) -> None:
-        self._text.content = _small("".join(f"<div>{escape(line)}</div>" for line in lines if line))
-
-
-def _small(html: str) -> str:
-    return f'<div style="{SMALL};padding-top:.4em">{html}</div>' if html else ""
+        self._text.content = small("".join(f"<div>{escape(line)}</div>" for line in lines if line))

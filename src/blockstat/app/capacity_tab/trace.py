@@ -24,6 +24,7 @@ MEAN = "mean"
 #: block can be clicked.
 MOST_NAMES = 300
 NAMED = 4  #: blocks that an event names
+MOST_EVENTS = 6  #: events that are written out
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,13 +177,8 @@ class Trace:
         at = self.states[state]
         return posed(assembly, at.moved, at.rotation)
 
-    def notes(self, most: int = 6) -> str:
+    def notes(self) -> str:
         """Return the events and the warnings, a line each.
-
-        Parameters
-        ----------
-        most : int, optional
-            Events that are written out.
 
         Returns
         -------
@@ -190,9 +186,9 @@ class Trace:
             HTML; empty where there are none.
         """
         events = [e for e in self.events if e.kind != "left" or not self.warnings]  # the warnings say who left
-        rows = [f"{e.kind} at {millimetres(e.displacement)} mm: {e.words}" for e in events[:most]]
-        if len(events) > most:
-            rows.append(f"and {len(events) - most} more")
+        rows = [f"{e.kind} at {millimetres(e.displacement)} mm: {e.words}" for e in events[:MOST_EVENTS]]
+        if len(events) > MOST_EVENTS:
+            rows.append(f"and {len(events) - MOST_EVENTS} more")
         rows += [f"Note: {text}." for text in self.warnings]
         return "".join(f"<div>{escape(row)}</div>" for row in rows)
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from blockstat.contact.faces import FILLED, convex_pieces, joined_convex, outline_hull
+from blockstat.contact.faces import FILLED, convex_polygons, joined_convex, outline_hull
 from blockstat.contact.interfaces import Interfaces
 from blockstat.large_displacement.displaced.pose import side_sizes
 from blockstat.typing import Floats, Ints
@@ -229,7 +229,7 @@ class FaceOutlines:
         polygons = [hull]
         if shapely.Polygon(hull).area > (1 + FILLED) * filled.area:
             parts = [part for part in shapely.get_parts(filled) if part.geom_type == "Polygon"]
-            polygons = joined_convex([piece for part in parts for piece in convex_pieces(part)])
+            polygons = joined_convex([piece for part in parts for piece in convex_polygons(part)])
         return [corner[np.linalg.norm(one[:, None] - flat, axis=2).argmin(axis=1)] for one in polygons]
 
     def _faces(self, joint: int, side: int) -> list[Floats]:

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from blockstat.errors import InputError, check_choice, check_count, with_article
+from blockstat.errors import InputError, check_choice, check_count, is_number, with_article
 from blockstat.typing import Floats
 
 Shape = Literal["semicircular", "segmental", "horseshoe", "pointed", "elliptic"]
@@ -257,7 +257,7 @@ def positive(**lengths: float) -> None:
         Naming the first that is not.
     """
     for name, value in lengths.items():
-        if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not 0 < value < math.inf:
+        if not is_number(value) or not 0 < value < math.inf:
             raise InputError(f"{name} is {value!r}; it must be a length above 0 [m]")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.analysis.verdict import Outcome
 from blockstat.errors import InputError, known_options
 from blockstat.typing import Floats, Ints
-from blockstat.view.painter import posed, view_of, visible
+from blockstat.view.painter import AZIMUTH, ELEVATION, posed, view_of, visible
 from blockstat.view.plot import STONE, SUPPORT, fresh_figure, save_figure
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ def plot_plan(
     path: str | Path,
     *,
     frames: int = 8,
-    azimuth: float = -55.0,
-    elevation: float = 25.0,
+    azimuth: float = AZIMUTH,
+    elevation: float = ELEVATION,
 ) -> Path:
     """Draw steps of a plan side by side; the first that does not stand is among them.
 

@@ -76,30 +76,9 @@ def colouring(choice: str, verdict: Verdict, moved: Floats | None = None) -> Col
         missing = tension(verdict) / 1e3
         return scaled(assembly, missing, TENSION, float(missing.max(initial=0.0)), "residual tension at a block [kN]")
     if moved is not None:
-        return moved_colouring(assembly, moved)
+        return scaled(assembly, 1e3 * moved, MOVED, 1e3 * float(moved.max(initial=0.0)), "displacement [mm]")
     top = 1.0 if verdict.mechanism.any() else 0.0
     return scaled(assembly, verdict.motion, MOVED, top, "speed in the mechanism, 1 = fastest block [-]")
-
-
-def moved_colouring(assembly: Assembly, moved: Floats, top: float | None = None) -> Colouring:
-    """Return the colours of the blocks by displacement.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        The blocks.
-    moved : array of float, shape (n_blocks,)
-        Distances [m].
-    top : float, optional
-        Upper end of the scale [m]; by default the largest distance.
-
-    Returns
-    -------
-    Colouring
-        The colours and their legend.
-    """
-    top = float(moved.max(initial=0.0)) if top is None else top
-    return scaled(assembly, 1e3 * moved, MOVED, 1e3 * top, "displacement [mm]")
 
 
 def tension(verdict: Verdict) -> Floats:
