@@ -68,6 +68,16 @@ def test_where_a_limit_load_is_left_open_the_score_counts(monkeypatch):
     assert _slopes(lambda _: -np.inf, {"width": 0.4}, 1e-6).tolist() == [0.0]
 
 
+@pytest.mark.parametrize("axis", [(1, 0, 1), (0, 0, 1), (1, 0, -0.001)])
+def test_a_margin_of_tilt_has_a_horizontal_axis(axis):
+    with pytest.raises(InputError, match=r"margin: axis is \(.*\); it must be horizontal: x, y, or three numbers"):
+        Margin.tilt(axis, 10)
+    level = (*axis[:2], 1e-17) if any(axis[:2]) else (0.6, 0.8, 0)
+    # Turned about it, what is up goes to the side: the acceleration is at right angles to the axis, and level.
+    assert np.dot(Margin.tilt(level, 10).direction, level) == pytest.approx(0.0, abs=1e-15)
+    assert Margin.tilt(level, 10).direction[2] == 0.0
+
+
 def test_a_margin_of_friction_leaves_less_of_it():
     assert Margin(friction=1.2).applied(leaning({"width": 0.5})).friction == pytest.approx(0.6 / 1.2)
 

@@ -2,6 +2,8 @@
 bookkeeping is tested (the real one is in tests/dynsim)."""
 
 import csv
+import math
+import re
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
@@ -9,11 +11,24 @@ from types import SimpleNamespace
 
 import pytest
 
-from blockstat import InputError, JointLaw, Memory, Outcome, assess, build, search, with_values, write
+from blockstat import (
+    InputError,
+    JointLaw,
+    Memory,
+    Outcome,
+    assess,
+    build,
+    grid,
+    latin_hypercube,
+    search,
+    sweep,
+    with_values,
+    write,
+)
 from blockstat.design_search.search import PRUNED, FailureTarget, Margin
 from blockstat.design_search.shared_joints import SharedJoints
-from blockstat.design_search.space import space_of
-from blockstat.spec import parameters, scene_from
+from blockstat.design_search.space import Space, space_of
+from blockstat.spec import Range, parameters, scene_from
 from evidence.references.arches import POLY
 from evidence.scenes.small import HUT, assembly, box
 
@@ -563,6 +578,191 @@ def test_a_history_under_another_tilt_is_not_taken_up(tmp_path):
         search(scene, verify=None, history=path, under=leaning(0.24))
     alone = search(scene, verify=None, history=tmp_path / "other.csv", under=leaning(0.24))
     assert alone.best_parameters["parameters.b"] == pytest.approx(0.5)
+
+
+def heavier(block, assembly):
+    """Nine times the density of one block."""
+    density = assembly.density.copy()
+    density[assembly.names.index(block)] *= 9
+    return assembly.with_(density=density)
+
+
+def test_a_history_under_other_masses_of_the_same_sum_is_not_taken_up(tmp_path):
+    """Two equal stones on a board that hangs over: with the far one heavier it tips.
+
+    In weights of a stone, the board is 5, and one stone 9. The support ends at 0.25 m, and at x = 0 the board is at
+    0.4 m, the stones at 0 and 0.8 m. The middle of all is then at (5 x 0.4 + 0.8) / 15 = 0.19 m with the near one
+    heavier, and at (5 x 0.4 + 9 x 0.8) / 15 = 0.61 m with the far one; drawn in by 0.4 m, that is at 0.21 m.
+    """
+    stone, path = [0.2, 0.5, 0.5], tmp_path / "history.csv"
+    elements = {
+        "low": {"kind": "box", "size": [0.5, 0.5, 0.5]},
+        "board": {"kind": "box", "size": [1, 0.5, 0.5], "at": ["= 0.4 - x", 0, 0.5]},
+        "near": {"kind": "box", "size": stone, "at": ["= -x", 0, 1.0]},
+        "far": {"kind": "box", "size": stone, "at": ["= 0.8 - x", 0, 1.0]},
+    }
+    scene = scene_from({"name": "board", "parameters": {"x": between(0.0, 0.4, 0.4)}, "elements": elements})
+    masses = [heavier(block, build(scene)).mass.sum() for block in ("near", "far")]
+    assert masses[0] == pytest.approx(masses[1], rel=1e-12)
+    first = search(scene, verify=None, under=partial(heavier, "near"), history=path)
+    assert first.best_parameters == {"parameters.x": 0.0}
+    assert search(scene, verify=None, under=partial(heavier, "near"), history=path).history == first.history
+    alone = search(scene, verify=None, under=partial(heavier, "far"))
+    assert alone.best_parameters == {"parameters.x": 0.4}
+    with pytest.raises(InputError, match="this history is of another search"):
+        search(scene, verify=None, under=partial(heavier, "far"), history=path)
+    with pytest.raises(InputError, match="this history is of another search"):
+        search(scene, verify=None, under=lambda asm: asm.with_(friction=0.7 + 1e-9), history=path)
+
+
+def test_a_history_whose_largest_design_cannot_be_is_not_taken_up_under_another_gravity(tmp_path):
+    """A wall 2 m high stands where gravity leans by no more than its width over its height; a pillar ends its place."""
+    pillar = {"kind": "box", "size": [0.5, 3.0, 2.0], "at": [0.8, 0, 0]}
+    scene = scene_from(LEANING | {"elements": {**LEANING["elements"], "pillar": pillar}} | {
+        "parameters": {"b": between(0.2, 1.4, 0.2)}
+    })  # fmt: skip
+    path = tmp_path / "history.csv"
+
+    def leaning(share):
+        return lambda asm: asm.with_(gravity=(9.81 * share, 0, -9.81))
+
+    first = search(scene, verify=None, history=path, under=leaning(0.14), over="grid")
+    assert first.best_parameters["parameters.b"] == pytest.approx(0.4)
+    with pytest.raises(InputError, match="overlap"):
+        build(space_of(scene).at(space_of(scene).start))
+    with pytest.raises(InputError, match="history"):
+        search(scene, verify=None, history=path, under=leaning(0.22), over="grid")
+
+
+#: A beam 2.4 m wide, with its middle at x + y, on a block from -0.25 to 0.25: of nine designs one stands.
+BEAM = {
+    "name": "beam",
+    "parameters": {"x": between(0.0, 0.8, 0.4), "y": between(0.0, 0.8, 0.4)},
+    "elements": {
+        "low": {"kind": "box", "size": [0.5, 0.5, 0.5]},
+        "beam": {"kind": "box", "size": [2.4, 0.5, 0.3], "at": ["= x + y", 0, 0.5]},
+    },
+}
+
+
+@pytest.mark.parametrize("strategy", ["paper", "pruned"])
+def test_where_none_stood_it_is_told_how_many_of_how_many_were_examined(strategy):
+    """Along lines x and y are moved one after the other from 0.8: five designs, all of which fall."""
+    scene = scene_from(BEAM)
+    line = search(scene, verify=None, strategy=strategy)
+    assert (line.outcome.word, len(line.history), line.unexamined) == ("none_stands", 5, 4)
+    assert line.none_stood == "no design stood of the 5 examined; the space has 9"
+    assert line.explain().splitlines()[:2] == [
+        "None stands: of the designs that were examined none was found to stand.",
+        "No design stood of the 5 examined; the space has 9.",
+    ]
+    assert line.summary()["unexamined"] == 4
+    every = search(scene, verify=lambda assembly: Judgement(Word.FALLS), strategy=strategy, over="grid")
+    assert (every.unexamined, every.none_stood) == (0, "no design of the space stood")
+    assert search(scene, verify=None, strategy=strategy, over="grid").best_parameters == {
+        "parameters.x": 0.0, "parameters.y": 0.0,
+    }  # fmt: skip
+
+
+def test_a_search_between_the_steps_has_not_examined_all():
+    """It falls at the largest number, 1, and has no slope that leads to where it stands."""
+    away = {"low": BEAM["elements"]["low"], "beam": BEAM["elements"]["beam"] | {"at": ["= 9 * d", 0, 0.5]}}
+    scene = scene_from({"name": "beam", "parameters": {"d": between(0.5, 1.0, 0.05)}, "elements": away})
+    found = search(scene, verify=None, strategy="gradient")
+    assert found.outcome.word == "none_stands"
+    assert found.none_stood == f"no design stood of the {len(found.history)} examined; the ranges hold more"
+    assert found.summary()["unexamined"] is None
+
+
+def test_what_is_undecided_not_judged_or_not_built_is_no_fall():
+    def open_(assembly):
+        return SimpleNamespace(outcome=Outcome.UNDECIDED, score=0.0, solver="x", interfaces=None)
+
+    def broken(assembly):
+        raise InputError("the engine is out of order")
+
+    left = search(scene_from(LEANING), verify=None, static=open_, over="grid")
+    number = len(left.history)
+    assert (left.outcome.word, left.undecided, number) == ("none_stands", number, 11)
+    assert left.none_stood == "no design stood of the 11 examined (11 undecided)"
+    # A wall b wide and 2 m high stands where gravity leans by b / 2: at 0.22 from 0.45 on, so 7 fall, and 4 are open.
+    leaning = {"under": lambda asm: asm.with_(gravity=(9.81 * 0.22, 0, -9.81)), "over": "grid"}
+    unjudged = search(scene_from(LEANING), verify=broken, **leaning)
+    assert unjudged.outcome.word == "none_stands"
+    assert unjudged.none_stood == "no design stood of the 11 examined (4 not judged)"
+    assert search(scene_from(LEANING), verify=lambda asm: Judgement(Word.FALLS), static=open_).undecided == 0
+    # Of the width 1 - a - b of test_a_space_whose_largest_design_cannot_be_is_searched, three of nine leave none.
+    bars = {name: between(0.2, 0.6, 0.2) | {"value": 0.2} for name in "ab"}
+    block = {"kind": "box", "size": ["= 1 - a - b", 1.0, 1.0]}
+    fallen = search(
+        scene_from({"name": "left", "parameters": bars, "elements": {"p": block}}),
+        verify=lambda assembly: Judgement(Word.FALLS), over="grid",
+    )  # fmt: skip
+    assert fallen.none_stood == "no design stood of the 9 examined (3 cannot be built)"
+
+
+def test_one_design_is_told_in_the_singular():
+    found = search(scene_from(LEANING | {"parameters": {"b": between(0.6, 0.6, 0.05)}}), verify=None)
+    assert "1 design: 1 static solve, " in found.explain()
+
+
+def test_what_is_no_scene_is_refused_with_what_makes_one(tmp_path):
+    built = build(scene_from(LEANING))
+    for given, words in (
+        (built, "of type Assembly, which has no ranges; it must be a Scene, as blockstat.load_scene makes one of a"),
+        ("wall.toml", "'wall.toml'; it must be a Scene, as blockstat.load_scene makes one of a file"),
+        (tmp_path, f"'{tmp_path}'; it must be a Scene"),
+        (3, "of type int; it must be a Scene"),
+    ):
+        for ask in (
+            lambda given=given: search(given, verify=None),
+            lambda given=given: space_of(given),
+            lambda given=given: grid(given),
+            lambda given=given: latin_hypercube(given, 2),
+            lambda given=given: sweep(given, [{}], tmp_path / "rows.jsonl"),
+        ):
+            with pytest.raises(InputError, match=re.escape(f"scene is {words}")):
+                ask()
+    assert not (tmp_path / "rows.jsonl").exists()
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        ({"margin": 0.1}, "margin is 0.1; it must be a blockstat.Margin, such as Margin((0, 1, 0), 0.1)"),
+        ({"margin": ((0, 1, 0), 0.1)}, "margin is ((0, 1, 0), 0.1); it must be a blockstat.Margin, such as"),
+        ({"target": 0.01}, "target is 0.01; it must be a blockstat.FailureTarget"),
+        ({"imperfections": 0.01}, "imperfections is 0.01; it must be a blockstat.Imperfections"),
+    ],
+)
+def test_an_option_of_another_kind_is_told_by_its_own(option, words):
+    with pytest.raises(InputError, match=re.escape(words)):
+        search(scene_from(LEANING), verify=None, strategy="gradient", **option)
+
+
+@pytest.mark.parametrize("ask", [space_of, grid, lambda scene, names: latin_hypercube(scene, 2, names=names)])
+def test_names_are_read_alike_wherever_parameters_are_named(ask):
+    scene = scene_from(BEAM)
+
+    def named(found):
+        return found.names if isinstance(found, Space) else list(found[0])
+
+    assert named(ask(scene, "parameters.y")) == named(ask(scene, ["parameters.y"])) == ["parameters.y"]
+    assert named(ask(scene, ("parameters.y", "parameters.x"))) == ["parameters.y", "parameters.x"]
+    for names, words in (
+        (["parameters.x", "parameters.x"], "are parameters.x, parameters.x; each may be named once"),
+        ([], "names is []; it must name at least one parameter of: parameters.x, parameters.y"),
+        (3, "names is 3; it must name at least one"),
+        ("z", 'no parameter "z"; parameters are: parameters.x, parameters.y'),
+    ):
+        with pytest.raises(InputError, match=re.escape(words)):
+            ask(scene, names)
+
+
+def test_the_least_of_a_range_to_nothing_has_no_sign():
+    """0.3 - 3 x 0.1 is a little below zero in binary numbers."""
+    for value in [*Range(0.3, 0.0, 0.3, 0.1).steps(), *Range(0.3, -0.0, 0.3, 0.2).steps()]:
+        assert math.copysign(1.0, value) == 1.0
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import time
 from functools import partial
 from itertools import islice, product
 from operator import itemgetter
+from types import ModuleType
 
 import joblib
 import numpy as np
@@ -137,6 +138,103 @@ def test_a_measure_may_be_a_part_of_a_function_and_needs_a_name(tmp_path):
         sweep(SCENE, designs, path, measure=itemgetter("volume"), jobs=1)
 
 
+#: A module with a measure, and what an edit of it may change.
+MEASURE = """
+FACTOR = 2.0
+
+
+def helped(value):
+    return FACTOR * value
+
+
+def measure(scene, memory, more=1.0):
+    return {"static": "stable", "value": helped(more) + 1.0}
+"""
+EDITS = {"FACTOR = 2.0": "FACTOR = 3.0", "FACTOR * value": "FACTOR - value", "more=1.0": "more=2.0", "+ 1.0": "- 1.0"}
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_an_edited_measure_is_another_sweep_and_one_with_another_comment_is_not(tmp_path, edit):
+    def measure(text):
+        module = ModuleType("measures")
+        exec(text, vars(module))
+        return module.measure
+
+    path, designs = tmp_path / "rows.jsonl", list(grid(SCENE))[:1]
+    [row] = sweep(SCENE, designs, path, measure=measure(MEASURE), jobs=1).rows()
+    assert row["value"] == 2.0 * 1.0 + 1.0
+    again = sweep(SCENE, designs, path, measure=measure(f"# A comment.\n\n{MEASURE}"), jobs=1)
+    assert again.computed == 0
+    with pytest.raises(InputError, match="rows of another sweep"):
+        sweep(SCENE, designs, path, measure=measure(MEASURE.replace(edit, EDITS[edit])), jobs=1)
+    with pytest.raises(InputError, match="rows of another sweep"):
+        sweep(SCENE, designs, path, measure=partial(measure(MEASURE), more=1.0), jobs=1)
+
+
+def measured_by(count, scene, memory):
+    """Calls a function that is bound to it."""
+    return {"static": "stable", "value": count(scene)}
+
+
+def test_a_measure_that_has_no_name_of_its_own_is_refused_and_leaves_no_file(tmp_path):
+    def inner(scene, memory):
+        return {"static": "stable"}
+
+    path, designs = tmp_path / "rows.jsonl", list(grid(SCENE))[:1]
+    for measure in (lambda scene, memory: {}, inner, partial(measured_by, lambda scene: 1)):
+        with pytest.raises(
+            InputError, match=r"^measure is \".*<locals>.*\"; .*define a function with a name at the top"
+        ):
+            sweep(SCENE, designs, path, measure=measure, jobs=1)
+    with pytest.raises(InputError, match="bound to it, which cannot be sent to processes"):
+        sweep(SCENE, designs, path, measure=partial(measured_by, (value for value in ())), jobs=1)
+    assert not path.exists()
+
+
+def given_row(row, scene, memory):
+    return row
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ({"design": 7}, 'measure gave the key "design", which a row has already'),
+        ({"seconds": 7}, 'measure gave the key "seconds", which a row has already'),
+        ({"vault.thickness": 7}, r'measure gave the key "vault\.thickness", which a row has already'),
+        (None, "measure gave None; it must give a dict of values by name"),
+        ([1.0], r"measure gave \[1\.0\]; it must give a dict"),
+        ({"x": {1, 2}}, r"measure gave \{'x': \{1, 2\}\}; values must be numbers, text, True, False or None"),
+    ],
+)
+def test_what_a_measure_may_not_give_is_named_and_leaves_no_file(tmp_path, row, words):
+    path, designs = tmp_path / "rows.jsonl", [{"wall.thickness": 0.4}]
+    with pytest.raises(InputError, match=words):
+        sweep(SCENE, designs, path, measure=partial(given_row, row), jobs=1)
+    assert not path.exists()
+
+
+def test_a_measure_may_give_numbers_and_arrays_of_numpy(tmp_path):
+    given = {"n": np.int64(2), "x": np.float32(0.5), "b": np.True_, "all": np.arange(3), "some": [np.int8(1)]}
+    measure = partial(given_row, given)
+    [row] = sweep(SCENE, list(grid(SCENE))[:1], tmp_path / "rows.jsonl", measure=measure, jobs=1).rows()
+    assert {key: row[key] for key in given} == {"n": 2, "x": 0.5, "b": True, "all": [0, 1, 2], "some": [1]}
+
+
+@pytest.mark.parametrize(
+    ("designs", "words"),
+    [
+        (None, "designs is None; it must be a sequence of dicts of parameter values"),
+        (3, "designs is 3; it must be a sequence"),
+        ({"wall.thickness": 0.4}, r"designs is \{'wall\.thickness': 0\.4\}; it must be a sequence"),
+        ([3], "design 0 is 3; designs must be a sequence of dicts"),
+        ([{"wall.thickness": 0.4}, "wall"], "design 1 is 'wall'; designs must be"),
+    ],
+)
+def test_what_is_no_design_is_told_by_its_number(tmp_path, designs, words):
+    with pytest.raises(InputError, match=words):
+        sweep(SCENE, designs, tmp_path / "rows.jsonl", jobs=1)
+
+
 def test_rows_of_another_mesh_are_refused(tmp_path):
     path, vault = tmp_path / "rows.jsonl", tmp_path / "stones"
     width = {"value": 0.6, "min": 0.4, "max": 0.6, "step": 0.2}
@@ -225,11 +323,7 @@ def test_what_cannot_be_swept_is_named():
     with pytest.raises(InputError, match="seed is -1; it must be a whole number of at least 0"):
         latin_hypercube(SCENE, 2, seed=-1)
     fixed = scene_from(HUT | {"wall": {"thickness": 0.5, "height": 1.5}, "vault": {"thickness": 0.3, "voussoirs": 7}})
-    for designs in (
-        lambda: latin_hypercube(fixed, 2),
-        lambda: list(grid(fixed)),
-        lambda: latin_hypercube(SCENE, 2, names=[]),
-    ):
+    for designs in (lambda: latin_hypercube(fixed, 2), lambda: list(grid(fixed))):
         with pytest.raises(
             InputError, match=r'"hut" has no parameter to sweep; write one as \{value, min, max, step\}'
         ):

@@ -67,8 +67,9 @@ def test_the_page_of_a_search_says_what_there_is_to_say(tmp_path):
         assert words not in whole
     assert "<b>Interrupted before any design stood.</b>" in ended
     assert "<b>Designs stand, and none was found with the reserve or the safety asked for.</b>" in whole
-    assert "<b>No design stood.</b>" in said(found(design("falls")))
-    assert "<b>No design that could be judged stood.</b>" in said(found(design("falls"), design("error")))
+    assert "<b>No design of the space stood.</b>" in said(found(design("falls")))
+    unjudged = said(found(design("falls"), design("error"), unexamined=3))
+    assert "<b>No design stood of the 2 examined (1 not judged); the space has 5.</b>" in unjudged
     assert "o design stood" not in ended
 
 
@@ -113,6 +114,22 @@ def test_the_thinnest_pruned_design_is_drawn_with_its_values(tmp_path, monkeypat
     assert figures[0].caption == "The design the search started from."
     assert "0.2" in figures[1].caption
     assert "0.4" not in figures[1].caption
+
+
+@pytest.mark.parametrize("pruned", [0.3, 0.2, None])
+def test_where_the_largest_design_cannot_be_built_one_that_can_is_drawn(tmp_path, pruned):
+    """Two posts 0.4 m apart overlap where they are 0.5 m wide."""
+    wide = {"t": {"value": 0.5, "min": 0.2, "max": 0.5, "step": 0.1}}
+    posts = {name: {"kind": "box", "size": ["= t", 0.5, 1.0], "at": [x, 0, 0]} for name, x in (("a", 0), ("b", 0.4))}
+    scene = scene_from({"name": "post", "parameters": wide, "elements": posts})
+    rows = [Candidate({"parameters.t": 0.5}, "error", None, "", None, None, 0.0, 0.0, "they overlap")]
+    if pruned is not None:
+        rows.append(Candidate({"parameters.t": pruned}, "unstable", 1.0, "pruned", 0.05, 2, 0.0, 0.0))
+    figures = report.write_designs(SearchResult(scene, None, None, tuple(rows)), tmp_path)
+    names = [] if pruned is None else ["building.png", "mechanism.png"]
+    assert [figure.path.name for figure in figures] == names
+    if figures:
+        assert figures[0].caption == f"The first design that could be built (parameters.t {pruned:g})."
 
 
 def test_directions_are_drawn_in_axes_that_are_given():

@@ -282,7 +282,7 @@ def test_an_interrupted_search_says_how_to_go_on(run, tmp_path, monkeypatch, fin
     monkeypatch.setattr("dynsim.design_search.optimise.optimise", lambda *_, **__: (ended, tmp_path / "report.html"))
     status, out, _ = run("optimise", tmp_path / "posts.toml", "-o", tmp_path / "out")
     said = [] if finished else ["interrupted: the same command goes on from here"]
-    best = "no design stood" if finished else "none so far"
+    best = "no design of the space stood" if finished else "none so far"
     assert out.splitlines() == [*said, f"best: {best}", f"report: {tmp_path / 'report.html'}"]
     assert status == (0 if finished else INTERRUPTED)
 
@@ -326,13 +326,35 @@ def test_a_search_in_which_every_simulation_fails_has_no_answer(run, tmp_path, m
     options = ["-o", tmp_path / "out", "--jobs", 1, *(["--json"] if as_json else [])]
     status, out, err = run("optimise", tmp_path / "posts.toml", *options)
     assert status == 2
-    assert err.endswith("dynsim: no design that could be judged stood\n")
-    assert "No design that could be judged stood." in (tmp_path / "out" / "report.html").read_text()
+    # All designs of the line are examined: one overlaps, and the engine has no verdict on the others.
+    words = "o design stood of the 3 examined (3 not judged)"
+    assert err.endswith(f"dynsim: n{words}\n")
+    assert f"N{words}." in (tmp_path / "out" / "report.html").read_text()
     if as_json:
-        assert json.loads(out)["outcome"] == "failed"
+        told = json.loads(out)
+        assert (told["outcome"], told["sentence"]) == ("failed", "Failed: no design could be judged.")
+        assert (told["unexamined"], told["undecided"]) == (0, 0)
     else:
         assert "the engine is out of order" in out.splitlines()[0]
-        assert out.splitlines()[1] == "best: no design that could be judged stood"
+        assert out.splitlines()[1] == f"best: n{words}"
+
+
+def test_a_search_whose_largest_design_cannot_be_built_and_in_which_none_stands_has_a_report(run, tmp_path):
+    """Two walls 2.5 m high and 0.8 m apart overlap at 1 m; under 0.51 g none up to 0.7 m wide stands."""
+    wall = 'kind = "box"\nsize = ["= t", 0.5, 2.5]\n'
+    scene = tmp_path / "walls.toml"
+    scene.write_text(
+        "[parameters]\nt = { value = 1.0, min = 0.1, max = 1.0, step = 0.3 }\n"
+        f"[elements.a]\n{wall}[elements.b]\n{wall}at = [0.8, 0, 0]\n"
+    )
+    gravity = ["--gravity", "5,0,-9.81"]
+    status, out, err = run("optimise", scene, *gravity, "-o", tmp_path / "out", "--preset", "fast", "--jobs", 1)
+    assert status == 2
+    assert err.endswith("dynsim: no design stood of the 4 examined (1 not judged)\n")
+    assert out.splitlines()[-1] == f"report: {tmp_path / 'out' / 'report.html'}"
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "No design stood of the 4 examined (1 not judged)." in page
+    assert "The first design that could be built (parameters.t 0.1)." in page
 
 
 def test_the_report_of_a_search_states_what_was_asked_and_shows_the_worst_case(run, tmp_path, monkeypatch):

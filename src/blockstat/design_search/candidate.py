@@ -8,8 +8,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from blockstat.analysis.verdict import Outcome
 from blockstat.design_search.space import is_boolean
-from blockstat.result import Result, Sentence
+from blockstat.result import Result, Sentence, counted, finite
 from blockstat.spec import Scene, parameters
 
 PRUNED = "pruned"  #: statics ruled it out, so nothing was simulated
@@ -63,7 +64,7 @@ class SearchOutcome(Sentence):
     """The answers of a search; each value is the sentence a user reads."""
 
     FOUND = "Found: the search has a design that stands."
-    NONE_STANDS = "None stands: no design of the space stood."
+    NONE_STANDS = "None stands: of the designs that were examined none was found to stand."
     NO_RESERVE = "No reserve: designs stand, and none was found with the reserve or the safety asked for."
     FAILED = "Failed: no design could be judged."
     INTERRUPTED = "Interrupted: the search was ended before all designs were evaluated."
@@ -96,7 +97,7 @@ def failures(rows: Iterable[Mapping[str, Any]]) -> str:
         return ""
     said = "; ".join(f"{note} ({count})" for note, count in notes.most_common(3))
     others = f"; and {len(notes) - 3} other reasons" if len(notes) > 3 else ""
-    return f"{sum(notes.values())} of {number} designs could not be judged: {said}{others}."
+    return f"{sum(notes.values())} of {counted(number, 'design')} could not be judged: {said}{others}."
 
 
 @dataclass(frozen=True)
@@ -113,6 +114,8 @@ class SearchResult(Result):
     #: strategy "robust" with a target: the best design's probability of failure, `first` (`FirstOrder`) and `draws`
     #: (`Reliability`)
     assured: Any = None
+    unexamined: float = 0  #: other designs of the space; inf where numbers are searched between their steps, too
+    unbuilt: int = 0  #: designs that were examined and have no row, because they cannot be built
 
     @property
     def outcome(self) -> SearchOutcome:
@@ -137,10 +140,19 @@ class SearchResult(Result):
 
     @property
     def none_stood(self) -> str:
-        """In words that no design stood, or was safe enough, as far as designs could be judged."""
+        """In words that no design stood, of how many, or that none was safe enough."""
         if self.outcome is SearchOutcome.NO_RESERVE:
             return "designs stand, and none was found with the reserve or the safety asked for"
-        return f"no design {'that could be judged ' if any(c.failed for c in self.history) else ''}stood"
+        failed = sum(c.failed for c in self.history)
+        counts = {"undecided": self.undecided, "not judged": failed, "cannot be built": self.unbuilt}
+        left_open = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+        examined = len(self.history) + self.unbuilt
+        if not left_open and not self.unexamined:
+            return "no design of the space stood"
+        words = f"no design stood of the {examined:,} examined{left_open and f' ({left_open})'}"
+        if self.unexamined == math.inf:
+            return f"{words}; the ranges hold more"
+        return f"{words}; the space has {examined + int(self.unexamined):,}" if self.unexamined else words
 
     def explain(self) -> str:
         """Return the best design and how many designs were evaluated in which way, one fact a line.
@@ -150,6 +162,8 @@ class SearchResult(Result):
         str
         """
         lines = [self.outcome.value]
+        if self.outcome is SearchOutcome.NONE_STANDS:
+            lines.append(f"{self.none_stood[0].upper()}{self.none_stood[1:]}.")
         if self.best_parameters is not None:
             lines.append(f"Best: {', '.join(f'{name} {value:g}' for name, value in self.best_parameters.items())}.")
             if told := self.at_ends:
@@ -162,8 +176,9 @@ class SearchResult(Result):
             lines.append(f"{words} ({low:.3g} to {high:.3g}).")
         pruned = sum(c.dynamic == PRUNED for c in self.history)
         lines.append(
-            f"{len(self.history)} designs: {self.static_solves} static solves, {self.certificates_reused} decided by "
-            f"earlier certificates, {pruned} pruned, {self.dynamic_runs} simulated."
+            f"{counted(len(self.history), 'design')}: {counted(self.static_solves, 'static solve')}, "
+            f"{self.certificates_reused} decided by earlier certificates, {pruned} pruned, "
+            f"{self.dynamic_runs} simulated."
         )
         if failed := failures(asdict(c) for c in self.history):
             lines.append(failed)
@@ -177,14 +192,17 @@ class SearchResult(Result):
         Returns
         -------
         dict of str to object
-            The outcome and its sentence, the best parameters, numbers of designs, verdicts and disagreements, the
-            front, and whether the search was finished.
+            The outcome and its sentence, the best parameters, numbers of designs (None for `unexamined` where the
+            ranges hold more than can be counted), verdicts and disagreements, the front, and whether the search was
+            finished.
         """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
             "best": self.best_parameters,
             "designs": len(self.history),
+            "unexamined": finite(self.unexamined),
+            "undecided": self.undecided,
             "static_solves": self.static_solves,
             "certificates_reused": self.certificates_reused,
             "dynamic_runs": self.dynamic_runs,
@@ -193,6 +211,12 @@ class SearchResult(Result):
             "finished": self.finished,
             "failure": None if self.assured is None else self.assured.draws.summary(),
         }
+
+    @property
+    def undecided(self) -> int:
+        """Designs that statics left open and that were not simulated."""
+        known = (Outcome.STABLE.word, Outcome.UNSTABLE.word, ERROR)
+        return sum(c.dynamic == UNASKED and c.static not in known for c in self.history)
 
     @property
     def static_solves(self) -> int:

@@ -57,6 +57,7 @@ class Evaluator:
     callbacks: Callbacks
     history: History | None
     expected: int = 0  #: number of designs that the strategy looks at, at most
+    unbuilt: int = 0  #: designs that were passed over without a row, because they cannot be built
     rows: dict[Key, Candidate] = field(default_factory=dict)  #: in the order in which they were asked for
     known: dict[Key, Candidate] = field(default_factory=dict)  #: of an earlier run
     standing: dict[Key, Any] = field(default_factory=dict)  #: dynamic verdicts of this run on designs that stand

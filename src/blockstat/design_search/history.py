@@ -8,12 +8,14 @@ from __future__ import annotations
 import csv
 import hashlib
 import os
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 
+from blockstat.assembly import Assembly
 from blockstat.design_search.candidate import Candidate
 from blockstat.errors import InputError
 from blockstat.spec import Scene
@@ -48,6 +50,29 @@ def digest(scene: Scene, conditions: str) -> str:
         if isinstance(element.get("file"), str):
             found.update(_content(Path(element["file"])))
     return found.hexdigest()[:12]
+
+
+def assembly_digest(assembly: Assembly) -> str:
+    """Return a digest of all that a verdict depends on in an assembly, to the last digit.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Its name and its metadata do not count.
+
+    Returns
+    -------
+    str
+        Sixteen hexadecimal digits.
+    """
+    found = hashlib.sha256()
+    for field in fields(assembly):
+        value = getattr(assembly, field.name)
+        if field.name not in ("name", "metadata"):
+            plain = [value.dtype.str, value.shape] if isinstance(value, np.ndarray) else value
+            found.update(f"{field.name} {plain!r}".encode())
+            found.update(value.tobytes() if isinstance(value, np.ndarray) else b"")
+    return found.hexdigest()[:16]
 
 
 def _content(path: Path) -> bytes:

@@ -29,6 +29,7 @@ TOP = 10.0  #: reserves are told apart up to this multiple of the load
 SMALL, WIDE = 1e-6, 1e-4
 #: A bracket no wider than this [g] is a limit: between designs that differ by less there is nothing to choose.
 NARROW = 1e-5
+LEVEL = 1e-9  #: sine of the slope of a direction that is horizontal but for rounding
 #: Where only the assemblies of imperfections are asked for.
 NO_JOINTS = Interfaces(
     np.empty((0, 2), np.int64), np.empty((0, 3, 3)), np.empty(0), np.empty(0), np.empty((0, 3)), np.zeros(1, np.int64)
@@ -84,7 +85,7 @@ class Margin:
         Raises
         ------
         InputError
-            For an axis that is none, and an angle out of range.
+            For an axis that is none or not horizontal, and an angle out of range.
 
         Examples
         --------
@@ -95,6 +96,8 @@ class Margin:
         if isinstance(axis, str):
             check_choice("margin: axis", axis, ("x", "y"))
         unit = check_vector("margin: axis", AXES[axis] if isinstance(axis, str) else axis)
+        if abs(unit[2]) > LEVEL * np.linalg.norm(unit):
+            raise InputError(f"margin: axis is {axis!r}; it must be horizontal: x, y, or three numbers of which z is 0")
         check_number("margin: degrees", degrees)
         if not 0 <= degrees < 80:
             raise InputError(f"margin: a tilt of {degrees!r} degrees; it must be from 0 to below 80")

@@ -17,6 +17,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain, islice
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -28,13 +30,13 @@ from blockstat.contact.tolerance import GAP, stated_length
 from blockstat.design_search.candidate import BY_STATICS, ERROR, PRUNED, UNASKED, Candidate, SearchResult
 from blockstat.design_search.descent import front, lightest
 from blockstat.design_search.evaluator import Callbacks, Dynamic, Evaluator
-from blockstat.design_search.history import History, digest
+from blockstat.design_search.history import History, assembly_digest, digest
 from blockstat.design_search.margin import Margin
 from blockstat.design_search.shared_joints import SharedJoints
-from blockstat.design_search.space import Space, Values, space_of
+from blockstat.design_search.space import Space, Values, is_discrete, space_of
 from blockstat.design_search.target import Assured, FailureTarget, lightest_assured
 from blockstat.design_search.walk import WALKS, by_volume, expected
-from blockstat.errors import InputError, check_choice, check_count, known_options
+from blockstat.errors import InputError, check_assembly, check_choice, check_count, known_options
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.spec import Scene, build
 from blockstat.system.old_names import renamed_options
@@ -47,6 +49,8 @@ __all__ = [
 
 STRATEGIES = ("paper", "pruned", "gradient", "pareto", "robust")
 OVER = ("line", "grid")
+MARGIN = "Margin((0, 1, 0), 0.1)"  #: what one looks like: 0.1 g along y
+FIRST = 100  #: designs that are tried for one that can be built, which tells what designs are put under
 
 
 @renamed_options(ahead="speculative")
@@ -94,7 +98,7 @@ def search(
     over : {"line", "grid"}, optional
         "line": each parameter in its turn down to its smallest value that stands. "grid": every combination, of which
         the lightest that stands is the answer. For "paper" and "pruned"; the others know "line" alone.
-    names : sequence of str, optional
+    names : str or sequence of str, optional
         The parameters to move, in order; by default all ranges of the scene.
     margin : Margin, optional
         Reserve that "gradient", "pareto" and "robust" ask for; by default that the design stands.
@@ -129,7 +133,8 @@ def search(
         Gives the note of a candidate from its two verdicts.
     conditions : str, optional
         What else the verdicts depend on, as thresholds of `verify` or another `static`; a history under others is not
-        taken up. What `under` makes of friction, gravity, mass, joint laws and ties is known.
+        taken up. What `under` makes of the first design that can be built is known: blocks, supports, densities,
+        friction, gravity, joint laws and ties.
 
     Returns
     -------
@@ -138,8 +143,8 @@ def search(
     Raises
     ------
     InputError
-        For an unknown parameter or option, one that the strategy does not have, a scene without ranges, a number of
-        points below 1, or a history file of another search or where none can be written.
+        For what is no scene or has no ranges, an unknown parameter or option, one that the strategy does not have or
+        of another kind, a number of points below 1, or a history file of another search or where none can be written.
 
     Examples
     --------
@@ -149,6 +154,9 @@ def search(
     >>> search(scene_from(hut), verify=None).best_parameters
     {'wall.thickness': 0.2}
     """
+    _check_kinds(
+        {"margin": (margin, Margin), "imperfections": (imperfections, Imperfections), "target": (target, FailureTarget)}
+    )
     check_strategy(strategy, over, margin, snap, target)
     check_count("points", points)
     stated_length(gap)
@@ -165,7 +173,7 @@ def search(
         conditions = f"{conditions} {imperfections}"
     if history is not None:
         check_writable(Path(history))
-        conditions += _put_under(under, space.scene)
+        conditions += _put_under(under, space)
     log = History(Path(history), space.names, digest(space.scene, conditions)) if history is not None else None
     joints = SharedJoints()
     # Joints without their edges are for statics alone.
@@ -192,18 +200,27 @@ def search(
     except KeyboardInterrupt:
         # What was simulated for a target has no more than a chance to meet it.
         finished, best = False, None if target else _lightest_so_far(evaluator, margin.least, snap=snap)
-    return replace(_result(evaluator, best, found, finished), assured=assured)
+    counts = strategy in ("paper", "pruned") or all(map(is_discrete, space.ranges.values()))
+    return replace(_result(evaluator, best, found, finished), assured=assured, unexamined=_left(evaluator, counts))
 
 
-def _put_under(under: Callable[[Assembly], Assembly] | None, scene: Scene) -> str:
-    """What designs are put under, as the first one has it, so that a history under another is not taken up."""
+def _left(evaluator: Evaluator, counts: bool) -> float:
+    """How many designs of the space were not examined, if its designs can be counted."""
+    return max(evaluator.space.size - len(evaluator.rows) - evaluator.unbuilt, 0) if counts else inf
+
+
+def _put_under(under: Callable[[Assembly], Assembly] | None, space: Space) -> str:
+    """What designs are put under, as the first that can be built has it, so that no history under another is taken."""
     if under is None:
         return ""
-    try:
-        first = under(build(scene))
-    except InputError:  # the search tells of designs that cannot be built
-        return ""
-    return f" under {first.friction:g} {first.gravity.tolist()} {first.mass.sum():g} {first.joints} {first.ties}"
+    for values in chain([{}], islice(space.grid(), FIRST)):
+        try:
+            first = under(build(space.at(values)))
+        except InputError:  # the search tells of designs that cannot be built
+            continue
+        check_assembly("what under gives", first)
+        return f" under {assembly_digest(first)}"
+    return ""
 
 
 def check_strategy(
@@ -232,6 +249,14 @@ def check_strategy(
     ):
         if refused:
             raise InputError(f'{words}; strategy is "{strategy}"')
+
+
+def _check_kinds(options: dict[str, tuple[Any, type]]) -> None:
+    """Refuse options that are of another kind than theirs."""
+    for name, (given, kind) in options.items():
+        if given is not None and not isinstance(given, kind):
+            words = f"blockstat.{kind.__name__}" + f", such as {MARGIN}" * (kind is Margin)
+            raise InputError(f"{name} is {given!r}; it must be a {words}")
 
 
 def _check_robust(
@@ -265,6 +290,7 @@ def _result(evaluator: Evaluator, best: Values | None, found: tuple[Candidate, .
         confirmation=evaluator.standing.get(tuple(best.values())) if best is not None else None,
         finished=finished,
         front=found,
+        unbuilt=evaluator.unbuilt,
     )
 
 

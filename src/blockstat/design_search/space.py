@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from itertools import product
+from os import PathLike
+from typing import Any
 
+from blockstat.assembly import Assembly
 from blockstat.errors import InputError, no_such
-from blockstat.spec import Range, Scene, parameters, with_values
+from blockstat.spec import Building, Composition, Range, Scene, parameters, with_values
 
 Values = dict[str, float]
 
@@ -181,7 +184,7 @@ def space_of(scene: Scene, names: Sequence[str] | str | None = None) -> Space:
     Raises
     ------
     InputError
-        For an unknown name, one named twice, or a scene without ranges.
+        For what is no scene, an unknown name, one named twice, no name at all, or a scene without ranges.
 
     Examples
     --------
@@ -191,20 +194,79 @@ def space_of(scene: Scene, names: Sequence[str] | str | None = None) -> Space:
     >>> space_of(scene_from(hut)).line("wall.thickness")
     [0.8, 0.6, 0.4, 0.2]
     """
-    ranges = parameters(scene)
-    chosen = list(ranges) if names is None else [names] if isinstance(names, str) else list(names)
-    for name in chosen:
-        if name not in ranges:
-            raise no_such("parameter", name, ranges)
-    if not chosen:
-        raise InputError(f'"{scene.name}" has no parameter to search; write one as {{value, min, max, step}}')
-    if len(set(chosen)) < len(chosen):
-        raise InputError(f"parameters to search are {', '.join(chosen)}; each may be named once")
-    space = Space(scene, {name: ranges[name] for name in chosen})
+    space = Space(scene, chosen_ranges(scene, names, "search"))
     try:
         return Space(space.at(space.start), space.ranges)
     except InputError:
         return space  # the row of that design says why it cannot be built; others may be
+
+
+def check_scene(value: Any) -> None:
+    """Raise InputError for anything but a scene.
+
+    Parameters
+    ----------
+    value : object
+        What was given.
+
+    Raises
+    ------
+    InputError
+        Saying what makes a scene.
+
+    Examples
+    --------
+    >>> check_scene("arch.toml")
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: scene is 'arch.toml'; it must be a Scene, as blockstat.load_scene makes one of a file
+    """
+    if isinstance(value, (Building, Composition)):
+        return
+    if isinstance(value, (str, PathLike)):
+        raise InputError(f"scene is {str(value)!r}; it must be a Scene, as blockstat.load_scene makes one of a file")
+    own = "of type Assembly, which has no ranges" if isinstance(value, Assembly) else f"of type {type(value).__name__}"
+    made = "as blockstat.load_scene makes one of a file and blockstat.scene_from of a table"
+    raise InputError(f"scene is {own}; it must be a Scene, {made}")
+
+
+def chosen_ranges(scene: Scene, names: Sequence[str] | str | None, purpose: str) -> dict[str, Range]:
+    """Return the ranges of a scene, or some of them.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene with its ranges.
+    names : str or sequence of str or None
+        The parameters, in order; None for all.
+    purpose : str
+        What is done with them, for the error: "search" or "sweep".
+
+    Returns
+    -------
+    dict of str to Range
+        By parameter.
+
+    Raises
+    ------
+    InputError
+        As `space_of`.
+    """
+    check_scene(scene)
+    ranges = parameters(scene)
+    if not ranges:
+        raise InputError(f'"{scene.name}" has no parameter to {purpose}; write one as {{value, min, max, step}}')
+    if names is None:
+        return ranges
+    chosen = [names] if isinstance(names, str) else list(names) if isinstance(names, Iterable) else []
+    if not chosen:
+        raise InputError(f"names is {names!r}; it must name at least one parameter of: {', '.join(ranges)}")
+    for name in chosen:
+        if name not in ranges:
+            raise no_such("parameter", name, ranges)
+    if len(set(chosen)) < len(chosen):
+        raise InputError(f"parameters to {purpose} are {', '.join(chosen)}; each may be named once")
+    return {name: ranges[name] for name in chosen}
 
 
 def is_boolean(found: Range) -> bool:

@@ -6,21 +6,26 @@ takes no row with it: what has no row in the file is computed again, and nothing
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import json
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from hashlib import sha256
 from itertools import chain, islice, product
 from math import isfinite, prod
 from pathlib import Path
 from time import process_time
+from types import CodeType, FunctionType, MethodType
 from typing import Any, overload
 
 import msgspec
+import numpy as np
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.design_search.candidate import ERROR, failures
 from blockstat.design_search.history import digest
+from blockstat.design_search.space import check_scene, chosen_ranges
 from blockstat.errors import InputError, check_count, check_seed, known_options, no_such
 from blockstat.result import Result, Sentence
 from blockstat.spec import Scene, build, parameters, scene_from, with_values
@@ -34,6 +39,9 @@ Values = Mapping[str, float]
 #: Evaluates a design: plain values, of which a line of the file is made.
 Measure = Callable[[Scene, Memory], dict[str, Any]]
 
+DESIGNS = "a sequence of dicts of parameter values by name, such as blockstat.grid gives"
+PLAIN = "numbers, text, True, False or None, or lists and dicts of these"
+OWN = ("blockstat", "dynsim")  #: packages whose functions are known by their names
 BATCH = 16  #: designs that a process is given at a time; within a batch evidence of one design may decide the next
 
 
@@ -139,14 +147,14 @@ class Grid(Sequence[dict[str, float]]):
         return {name: design[name] for name in self._lines}
 
 
-def grid(scene: Scene, names: Sequence[str] | None = None) -> Grid:
+def grid(scene: Scene, names: Sequence[str] | str | None = None) -> Grid:
     """Return every combination of the steps of a scene's ranges, or of some of them.
 
     Parameters
     ----------
     scene : Scene
         The scene with its ranges.
-    names : sequence of str, optional
+    names : str or sequence of str, optional
         The parameters to move; by default all.
 
     Returns
@@ -158,7 +166,7 @@ def grid(scene: Scene, names: Sequence[str] | None = None) -> Grid:
     Raises
     ------
     InputError
-        For an unknown parameter, or a scene without any.
+        For what is no scene, an unknown parameter, one named twice, no name at all, or a scene without any.
 
     Examples
     --------
@@ -168,11 +176,11 @@ def grid(scene: Scene, names: Sequence[str] | None = None) -> Grid:
     >>> list(grid(scene_from(hut)))
     [{'wall.thickness': 0.6}, {'wall.thickness': 0.2}]
     """
-    return Grid({name: found.steps() for name, found in _ranges(scene, names).items()})
+    return Grid({name: found.steps() for name, found in chosen_ranges(scene, names, "sweep").items()})
 
 
 def latin_hypercube(
-    scene: Scene, number: int, *, seed: int = 0, names: Sequence[str] | None = None
+    scene: Scene, number: int, *, seed: int = 0, names: Sequence[str] | str | None = None
 ) -> list[dict[str, float]]:
     """Spread a number of designs evenly over each range of a scene.
 
@@ -184,7 +192,7 @@ def latin_hypercube(
         How many designs, at least 1.
     seed : int, optional
         The same seed gives the same designs.
-    names : sequence of str, optional
+    names : str or sequence of str, optional
         The parameters to move; by default all.
 
     Returns
@@ -195,7 +203,8 @@ def latin_hypercube(
     Raises
     ------
     InputError
-        For an unknown parameter, a scene without any, a number of designs below 1, or a seed that is no whole number.
+        For what is no scene, an unknown parameter, one named twice, no name at all, a scene without any, a number of
+        designs below 1, or a seed that is no whole number.
 
     References
     ----------
@@ -215,7 +224,7 @@ def latin_hypercube(
 
     check_count("latin_hypercube: number", number)
     check_seed(seed)
-    ranges = _ranges(scene, names)
+    ranges = chosen_ranges(scene, names, "sweep")
     samples = qmc.LatinHypercube(d=len(ranges), rng=seed).random(number)
     designs = []
     for sample in samples:
@@ -282,8 +291,10 @@ def sweep(
     path : str or Path
         The file. Its first line says what the file is of; rows follow as they come.
     measure : callable, optional
-        Evaluates one design: a function, or a `functools.partial` of one. It gets the scene and a memory of evidence
-        that lives for one batch; the processes must be able to import it.
+        Evaluates one design: a function at the top of a module, or a `functools.partial` of one. It gets the scene and
+        a memory of evidence that lives for one batch, and gives numbers and text by name; the processes must be able to
+        import it. Where its code, its defaults, or functions and constants of its module that it uses have changed, the
+        file is of another sweep.
     jobs : int, optional
         Processes, by default as many as cores. Under `joblib.parallel_config(backend="dask")`, or another backend,
         batches go there instead.
@@ -299,9 +310,10 @@ def sweep(
     Raises
     ------
     InputError
-        For a file of another sweep, or of other designs, one that cannot be written, a measure without a name, a
-        design with an unknown parameter or a value that is no number, for no designs at all, and for `jobs` or `batch`
-        below 1.
+        For what is no scene, a file of another sweep, or of other designs, one that cannot be written, a measure
+        without a name or inside another function, one that gives no dict of plain values or a key that rows have
+        already, a design with an unknown parameter or a value that is no number, for no designs at all, and for `jobs`
+        or `batch` below 1. No file is left without a row.
 
     Notes
     -----
@@ -336,10 +348,11 @@ def _swept(
     progress: Callable[[int], None] | None,
 ) -> SweepResult:
     """Append the rows that are missing to the file."""
+    check_scene(scene)
     head = {"scene": scene.name, "digest": digest(scene, _name_of(measure))}
     names = parameters(scene)
-    designs = iter(designs)
-    if (first := next(designs, None)) is None:
+    numbered = _numbered(designs, names)
+    if (first := next(numbered, None)) is None:
         raise InputError("there are no designs to sweep; an iterator that was gone through before has none left")
     done = _opened(path, head, list(names))
     data = msgspec.to_builtins(scene)
@@ -347,12 +360,8 @@ def _swept(
 
     def missing() -> Iterator[tuple[int, dict[str, float]]]:
         nonlocal counted
-        for number, values in enumerate(chain([first], designs)):
+        for number, values in chain([first], numbered):
             counted = number + 1
-            for name in values:
-                if name not in names:
-                    raise no_such("parameter", name, names)
-            values = {name: number_at(name, value) for name, value in values.items()}
             if number not in done:
                 yield number, values
             elif done[number] != _mark(values):
@@ -361,14 +370,32 @@ def _swept(
     computed = 0
     tasks = ((data, part, measure) for part in _batched(missing(), batch))
     finished = as_they_come(_evaluated, tasks, -1 if jobs is None else jobs)
-    with path.open("a") as file:
-        for rows in finished:
-            append_rows(file, rows)
-            computed += len(rows)
-            if progress is not None:
-                progress(len(done) + computed)
+    try:
+        with path.open("a") as file:
+            for rows in finished:
+                append_rows(file, rows)
+                computed += len(rows)
+                if progress is not None:
+                    progress(len(done) + computed)
+    except InputError:
+        if not done and not computed:
+            path.unlink(missing_ok=True)  # else another measure would be refused because of no row at all
+        raise
     rows = _rows_of(path, counted)
     return SweepResult(path, counted, computed, sum(row.get("static") == ERROR for row in rows), failures(rows))
+
+
+def _numbered(designs: Any, names: Collection[str]) -> Iterator[tuple[int, dict[str, float]]]:
+    """Designs in plain numbers, each with its own, from 0 on."""
+    if isinstance(designs, Mapping) or not isinstance(designs, Iterable):
+        raise InputError(f"designs is {designs!r}; it must be {DESIGNS}")
+    for number, values in enumerate(designs):
+        if not isinstance(values, Mapping):
+            raise InputError(f"design {number} is {values!r}; designs must be {DESIGNS}")
+        for name in values:
+            if name not in names:
+                raise no_such("parameter", name, names)
+        yield number, {name: number_at(name, value) for name, value in values.items()}
 
 
 def _rows_of(path: Path, designs: int) -> list[dict[str, Any]]:
@@ -380,14 +407,37 @@ def _evaluated(task: tuple[dict[str, Any], list[tuple[int, dict[str, float]]], M
     """Rows of a batch of a scene, by a measure, in a process of its own."""
     data, part, measure = task
     scene, memory, rows = scene_from(data), Memory(), []
+    taken = {"design", "seconds", *parameters(scene)}
     for number, values in part:
         begin = process_time()
         try:
             row = measure(with_values(scene, values), memory)
         except InputError as error:
             row = {"static": ERROR, "note": error.line}
-        rows.append({"design": number, **values, **row, "seconds": process_time() - begin})
+        rows.append({"design": number, **values, **_plain(row, taken), "seconds": process_time() - begin})
     return rows
+
+
+def _plain(row: Any, taken: set[str]) -> dict[str, Any]:
+    """What a measure gave, as a line of the file can hold it."""
+    if not isinstance(row, Mapping):
+        raise InputError(f"measure gave {row!r}; it must give a dict of values by name")
+    for key in taken.intersection(row):
+        raise InputError(
+            f'measure gave the key "{key}", which a row has already: "design" is its number, "seconds" its time, and '
+            "parameters have their paths; name it otherwise"
+        )
+    try:
+        return json.loads(json.dumps(dict(row), default=_from_numpy))
+    except (TypeError, ValueError):
+        raise InputError(f"measure gave {row!r}; values must be {PLAIN}") from None
+
+
+def _from_numpy(value: Any) -> Any:
+    """A number or an array of numpy in plain values."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    raise TypeError
 
 
 def _batched(items: Iterator[Any], size: int) -> Iterator[list[Any]]:
@@ -395,29 +445,80 @@ def _batched(items: Iterator[Any], size: int) -> Iterator[list[Any]]:
         yield part
 
 
-def _ranges(scene: Scene, names: Sequence[str] | None) -> dict[str, Any]:
-    ranges = parameters(scene)
-    for name in names or ():
-        if name not in ranges:
-            raise no_such("parameter", name, ranges)
-    chosen = {name: ranges[name] for name in (names if names is not None else ranges)}
-    if not chosen:
-        raise InputError(f'"{scene.name}" has no parameter to sweep; write one as {{value, min, max, step}}')
-    return chosen
-
-
 def _name_of(measure: Callable[..., Any]) -> str:
-    """What tells a measure from others in every process."""
+    """What tells a measure from others in every process: its name, what is bound to it, and its code."""
     if isinstance(measure, partial):
-        from joblib import hash as hash_of
-
-        return f"{_name_of(measure.func)} {hash_of((measure.args, measure.keywords))}"
-    if not hasattr(measure, "__qualname__"):
+        bound = [*measure.args, *chain.from_iterable(sorted(measure.keywords.items()))]
+        return " ".join([_name_of(measure.func), *map(_mark_of, bound)])
+    name = getattr(measure, "__qualname__", None)
+    if name is None:
         raise InputError(
             f"measure is {measure!r}, which has no name for the head of the file; it must be a function or a "
             "functools.partial of one"
         )
-    return f"{measure.__module__}.{measure.__qualname__}"
+    if "<" in name:  # as in "<lambda>" and "outer.<locals>.inner"
+        raise InputError(
+            f'measure is "{name}"; a lambda or a function inside another has no name that tells the rows of its file '
+            "from others; define a function with a name at the top of a module, and bind what it needs by "
+            "functools.partial"
+        )
+    code = "\n".join(_code_of(measure, set()))
+    code += _mark_of(measure.__self__) if isinstance(measure, MethodType) else ""
+    return f"{measure.__module__}.{name} {sha256(code.encode()).hexdigest() if code else ''}".rstrip()
+
+
+def _mark_of(value: Any) -> str:
+    """What tells a value that is bound to a measure from others."""
+    from joblib import hash as hash_of
+
+    if isinstance(value, (FunctionType, MethodType, partial)):
+        return _name_of(value)
+    try:
+        return str(hash_of(value))
+    except Exception:  # of many kinds, as values please
+        raise InputError(f"measure has {value!r} bound to it, which cannot be sent to processes") from None
+
+
+def _code_of(function: Any, seen: set[int]) -> Iterator[str]:
+    """The code of a function, and what it takes from around it: helpers and constants of its module, and defaults.
+
+    What this package and Python have is known by its name.
+    """
+    function = getattr(function, "__func__", function)
+    while not hasattr(function, "__code__") and hasattr(function, "__wrapped__"):
+        function = function.__wrapped__
+    if not isinstance(function, FunctionType) or id(function) in seen or function.__module__.split(".")[0] in OWN:
+        return
+    seen.add(id(function))
+    names = list[str]()
+    yield from _instructions(function.__code__, names)
+    cells = [cell.cell_contents for cell in function.__closure__ or ()]
+    used = [function.__globals__.get(name) for name in names]
+    own = [value for value in used if getattr(value, "__module__", function.__module__) == function.__module__]
+    for value in (*(function.__defaults__ or ()), *(function.__kwdefaults__ or {}).values(), *cells, *own):
+        yield from _code_of(value, seen)
+        if isinstance(value, np.ndarray):
+            yield f"{value.dtype} {value.shape} {value.tobytes().hex()}"
+        elif _is_constant(value):
+            yield repr(value)
+
+
+def _is_constant(value: Any) -> bool:
+    """Whether a value is the same wherever it is read."""
+    if isinstance(value, tuple):
+        return all(map(_is_constant, value))
+    return value is None or isinstance(value, (int, float, complex, str, bytes))
+
+
+def _instructions(code: CodeType, names: list[str]) -> Iterator[str]:
+    """What a piece of code does, without where it is written; the names that it asks for are added to a list."""
+    names += code.co_names
+    yield f"{code.co_code.hex()} {code.co_names}"
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _instructions(constant, names)
+        else:
+            yield repr(sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant)
 
 
 def _mark(values: Values) -> int:

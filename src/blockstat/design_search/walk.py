@@ -155,7 +155,8 @@ def pruned_grid(evaluator: Evaluator) -> Values | None:
         try:
             volumes.append(evaluator.weigh(values))
         except InputError:
-            continue  # it cannot stand
+            evaluator.unbuilt += 1  # it cannot stand
+            continue
         built.append(values)
     return evaluator.first_that_stands(by_volume(built, volumes))
 

@@ -38,7 +38,9 @@ class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
         """
         count = int(np.floor((self.max - self.min) / self.step + 1e-9))
         values = [min(max(round(self.max - i * self.step, 12), self.min), self.max) for i in range(count + 1)]
-        return values if values[-1] <= self.min + 1e-9 * self.step else [*values, self.min]
+        if values[-1] > self.min + 1e-9 * self.step:
+            values.append(self.min)
+        return [value + 0.0 for value in values]  # of the two zeros the one without a sign
 
 
 Length = Annotated[float, msgspec.Meta(gt=0)] | Range

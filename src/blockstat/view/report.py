@@ -12,7 +12,8 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Verdict
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, find_interfaces
-from blockstat.design_search.search import PRUNED, Candidate, SearchResult
+from blockstat.design_search.search import ERROR, PRUNED, Candidate, SearchResult
+from blockstat.errors import InputError
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.io.files import write
 from blockstat.spec import build, parameters, with_values
@@ -70,10 +71,10 @@ def write_designs(
         When the directory does not exist.
     """
     figures = []
-    shown = under(build(result.best if result.best is not None else result.building))
-    word = "The best design" if result.best is not None else "The design the search started from"
-    figures.append(Figure(plot(shown, directory / "building.png", title=shown.name), f"{word}."))
-    if result.best is not None:
+    shown, words = _shown_design(result, under)
+    if shown is not None:
+        figures.append(Figure(plot(shown, directory / "building.png", title=shown.name), f"{words}."))
+    if shown is not None and result.best is not None:
         write(shown, directory / "best.json")
         write(shown, directory / "best.glb")
         joints = find_interfaces(shown, gap=gap)
@@ -106,6 +107,23 @@ def write_designs(
         words = f"How the thinnest pruned design ({_values(thinnest)}) would move first{_worst(verdict)}."
         figures.append(Figure(path, words))
     return figures
+
+
+def _shown_design(result: SearchResult, under: Callable[[Assembly], Assembly]) -> tuple[Assembly | None, str]:
+    """The best design; without one that of the start, or where it cannot be built the first that can, if there is any.
+
+    Which it is in words, too.
+    """
+    if result.best is not None:
+        return under(build(result.best)), "The best design"
+    try:
+        return under(build(result.building)), "The design the search started from"
+    except InputError:  # the history says why
+        first = next((c for c in result.history if c.static != ERROR), None)
+    if first is None:
+        return None, ""
+    words = f"The first design that could be built ({_values(first)})"
+    return under(build(with_values(result.building, first.parameters))), words
 
 
 def _worst(verdict: Verdict) -> str:

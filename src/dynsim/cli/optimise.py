@@ -12,6 +12,7 @@ from blockstat.cli.cases import warn_of_idle_loads
 from blockstat.cli.chance import Imperfect, imperfections_of
 from blockstat.cli.options import AsJson, Friction, Gap, Gravity, Tilt, gap_of, modified, print_json
 from blockstat.errors import InputError
+from blockstat.result import finite
 from dynsim.cli.criteria import Group, Preset, Threshold, settings_of
 
 if TYPE_CHECKING:
@@ -108,7 +109,10 @@ def _print_result(result: SearchResult, report: Path | None, as_json: bool) -> N
         print_json(
             {
                 "outcome": result.outcome.word,
+                "sentence": result.outcome.value,
                 "best": result.best_parameters,
+                "unexamined": finite(result.unexamined),
+                "undecided": result.undecided,
                 "finished": result.finished,
                 "history": [asdict(candidate) for candidate in result.history],
                 "front": [asdict(candidate) for candidate in result.front],
