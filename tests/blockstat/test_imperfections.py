@@ -6,6 +6,7 @@ import math
 import subprocess
 import sys
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ from blockstat import (
     load_case,
     point_load,
     prove_limit,
+    prove_verdict,
     tilt_limit,
     write,
 )
@@ -173,6 +175,38 @@ def test_the_factor_on_the_weight_of_a_case_is_that_of_the_densities_allowed_for
     for share, outcome in ((0.999, Outcome.STABLE), (1.001, Outcome.UNSTABLE)):
         acting = replace(case, live=share * 0.5 * 0.9 * 4000.0 / 1.5 * push).weighted_loads
         assert assess(block, loads=acting, **options).outcome is outcome
+
+
+def test_the_proof_of_a_worst_case_is_under_its_own_loads():
+    """A block twice as high as wide tips at half its weight: under 1.5 times a push of 0.3 it carries 0.05 more."""
+    block = stack(1, 1.0, 2.0, density=2000.0)
+    push = np.zeros((2, 6))
+    push[1, 0] = 0.3 * block.free_weight
+    for factor, outcome in ((1.5, Outcome.STABLE), (2.0, Outcome.UNSTABLE)):
+        allowed = Imperfections(loads={"*": (0.5, factor)})
+        found = assess(block, loads=push, imperfections=allowed)
+        proof = prove_verdict(found, loads=push)
+        assert found.outcome is outcome
+        assert proof.outcome.word == outcome.word
+        assert float(proof.content["data"]["blocks"][1]["dead"][0]) == pytest.approx(factor * push[1, 0], rel=EXACT)
+        limit = limit_load(block, SIDE, loads=push, imperfections=allowed)
+        proof = prove_limit(limit, SIDE, loads=push)
+        if outcome is Outcome.STABLE:
+            assert float(proof.content["proof"]["multiplier"]) == pytest.approx(0.05, rel=1e-4)
+        else:
+            assert proof.outcome.word == "unstable"
+
+
+def test_a_proof_is_under_the_loads_of_its_answer():
+    """Loads need not be given again, and others are refused."""
+    block = stack(1, 1.0, 2.0, density=2000.0)
+    push = np.zeros((2, 6))
+    push[1, 0] = 0.3 * block.free_weight
+    limit = limit_load(block, SIDE, loads=push)
+    assert float(prove_limit(limit, SIDE).content["proof"]["multiplier"]) == pytest.approx(0.2, rel=1e-4)
+    for proof in (partial(prove_limit, limit, SIDE), partial(prove_verdict, assess(block))):
+        with pytest.raises(InputError, match="loads: they are not those that the answer was found under"):
+            proof(loads=0.5 * push)
 
 
 def test_a_load_that_helps_is_least_and_one_that_harms_is_greatest():

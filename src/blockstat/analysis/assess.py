@@ -197,7 +197,7 @@ def judged(
             with timed(timings, "coulomb"):
                 state, falling = _settled(problem, problem.program, checked.force, loads, solver, kinds, tightnesses)
     timings["total"] = sum(timings.values())
-    verdict = _verdict(problem, answer, checked, timings)
+    verdict = replace(_verdict(problem, answer, checked, timings), loads=loads)
     if reserve and verdict.outcome is Outcome.STABLE and checked is not None:
         verdict = _with_reserve(problem, verdict, checked, loads, _second(solver))
     if verdict.outcome is Outcome.UNSTABLE and (warnings := rim_warnings(problem, verdict.mechanism)):

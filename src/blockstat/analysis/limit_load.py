@@ -90,6 +90,7 @@ class LimitLoad(Result):
     ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
     iterations: int = 0  #: factorisations of the programs of the dead load and of the multiplier
     worst: str = ""  #: the case of the imperfections that this bracket is of, the worst one, in words
+    loads: Loads | None = None  #: permanent loads beside the weight that it was found under, of the worst case
 
     @property
     def coulomb(self) -> tuple[float, float] | None:
@@ -316,7 +317,7 @@ def limit_load(
         outcome=outcome, lower=lower, upper=upper, forces=problem.to_points(force),
         mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)), interfaces=problem.interfaces,
         assembly=problem.assembly, warnings=(*problem.warnings, *doubts), timings=timings,
-        bonds=problem.to_bonds(force), ties=problem.to_ties(force), iterations=iterations,
+        bonds=problem.to_bonds(force), ties=problem.to_ties(force), iterations=iterations, loads=loads,
     )  # fmt: skip
     with timed(timings, "contacts without a normal or a width"):
         found = _beyond_doubt(problem, found, again, tolerance)

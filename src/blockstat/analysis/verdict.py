@@ -13,6 +13,7 @@ from blockstat.certificate.check import FORCE_TOLERANCE, Certificate
 from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.geometry.polyhedron import point_velocity
+from blockstat.loads import Loads
 from blockstat.program.bonds import Bonds
 from blockstat.result import Result, Sentence, counted, finite, listed
 from blockstat.typing import Floats, Ints
@@ -78,6 +79,7 @@ class Verdict(Result):
     falling: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
     ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
+    loads: Loads | None = None  #: permanent loads beside the weight that it was found under, of the worst case
     worst: str = ""  #: the case of the imperfections that this verdict is of, the worst one, in words
     because: str = ""  #: what leaves an answer undecided, in words; empty where it is the accuracy of the numbers
 

@@ -34,7 +34,7 @@ from blockstat.contact.faces import (
 )
 from blockstat.contact.tolerance import FLATNESS, ROUNDING
 from blockstat.geometry.polyhedron import Polyhedra, members
-from blockstat.geometry.topology import Topology
+from blockstat.geometry.topology import Topology, least_lean, over_faces
 from blockstat.surface.facets import FLAT
 from blockstat.typing import Floats, Ints
 
@@ -333,7 +333,7 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
     near = np.abs(height) <= search.reach[row]
     row, face, corner, offset, height = row[near], face[near], corner[near], offset[near], height[near]
     pieces = row, face, corner
-    lean = _least_lean(topo, corner, normal[face])
+    lean = least_lean(topo, corner, normal[face])
     wanted = search.rims | (lean >= -LEAN)
     row, face, corner, offset = row[wanted], face[wanted], corner[wanted], offset[wanted]
     height, lean = height[wanted], lean[wanted]
@@ -355,8 +355,9 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
         side_below, inset[own] = nearest_rim(flat[own], polygon, sides)
         other[own] = np.where(at_corner, ~meets, side_below)
     passed = np.flatnonzero((state == INSIDE) & (met >= 0))
-    passed = passed[_least_lean(topo, met[passed], normal[face[passed]]) < -LEAN]
-    state[passed] = np.where(_above(topo, corner[passed], frame[passed], wedge[passed]), RIM, OUTSIDE)
+    passed = passed[least_lean(topo, met[passed], normal[face[passed]]) < -LEAN]
+    above = over_faces(topo, corner[passed], frame[passed], wedge[passed], LEAN)
+    state[passed] = np.where(above, RIM, OUTSIDE)
     good = (state == RIM) | ((state == INSIDE) & (lean >= -LEAN))
     good &= _touches(search, row, np.abs(height), inset, state == RIM)
     good &= _at_surface(search, row, face, (offset + centre[face])[:, None])
@@ -370,35 +371,6 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
     sign = 1.0 if side == 0 else -1.0
     ends = np.stack([place, place], axis=1)
     return Features(row, sign * out, ends, np.abs(height), state[good] == RIM, ~corner, other)
-
-
-def _least_lean(topo: Topology, corner: Ints, direction: Floats) -> Floats:
-    """The least sine by which the edges of each corner lean in a direction."""
-    owner, spoke = members(topo.spoke_start[corner], np.diff(topo.spoke_start)[corner])
-    lean = np.full(len(corner), np.inf)
-    np.minimum.at(lean, owner, np.einsum("ij,ij->i", topo.spoke[spoke], direction[owner]))
-    return lean
-
-
-def _above(topo: Topology, corner: Ints, frame: Floats, wedge: Floats) -> np.ndarray:
-    """Whether some of the block of each corner is above a face, seen along its normal from a corner of the face.
-
-    corner : those that touch, numbered as in `Topology`
-    wedge : from which angle to which the face is seen in its frame
-    """
-    owner, spoke = members(topo.spoke_start[corner], np.diff(topo.spoke_start)[corner])
-    along = np.einsum("ij,itj->it", topo.spoke[spoke], frame[owner][:, 1:])
-    seen = np.linalg.norm(along, axis=1) > LEAN
-    owner, along = owner[seen], along[seen]
-    # Of two cones that overlap, one has a side of the other within it, or its middle.
-    half = np.mod(wedge[:, 1] - wedge[:, 0], 2 * np.pi) / 2
-    turned = np.arctan2(along[:, 1], along[:, 0]) - (wedge[:, 0] + half)[owner]
-    angle = np.pi - np.mod(np.pi - turned, 2 * np.pi)  # of each spoke from the middle of the face
-    least, left, right = (np.full(len(corner), far) for far in (np.inf, np.inf, -np.inf))
-    np.minimum.at(least, owner, np.abs(angle))
-    np.minimum.at(left, owner, np.where(angle > 0, angle, np.inf))
-    np.maximum.at(right, owner, np.where(angle < 0, angle, -np.inf))
-    return (least < half - LEAN) | (left - right < np.pi - LEAN)
 
 
 def _from_rims(

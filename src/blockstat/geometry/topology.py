@@ -100,6 +100,65 @@ def edge_topology(blocks: Polyhedra, chosen: Ints) -> Topology:
     )
 
 
+def least_lean(topology: Topology, corner: Ints, direction: Floats) -> Floats:
+    """Return how far the edges of corners lean in a direction at least.
+
+    Parameters
+    ----------
+    topology : Topology
+        Has the corners.
+    corner : array of int, shape (n,)
+        Numbers of corners.
+    direction : array of float, shape (n, 3)
+        A unit vector for each.
+
+    Returns
+    -------
+    array of float, shape (n,)
+        The least sine of the angle between an edge and the plane at right angles to the direction.
+    """
+    owner, spoke = members(topology.spoke_start[corner], np.diff(topology.spoke_start)[corner])
+    lean = np.full(len(corner), np.inf)
+    np.minimum.at(lean, owner, np.einsum("ij,ij->i", topology.spoke[spoke], direction[owner]))
+    return lean
+
+
+def over_faces(topology: Topology, corner: Ints, frame: Floats, wedge: Floats, within: float) -> np.ndarray:
+    """Return whether some of the block of each corner is over a face, seen along its normal from a corner of the face.
+
+    Parameters
+    ----------
+    topology : Topology
+        Has the corners.
+    corner : array of int, shape (n,)
+        Numbers of those that touch a corner of a face.
+    frame : array of float, shape (n, 3, 3)
+        Rows normal, t1, t2 of each face.
+    wedge : array of float, shape (n, 2)
+        From which angle to which the face is seen in its frame [rad].
+    within : float
+        Angles that differ by less are equal [rad].
+
+    Returns
+    -------
+    array of bool, shape (n,)
+        False where the cones of both, seen along the normal, share no more than a side.
+    """
+    owner, spoke = members(topology.spoke_start[corner], np.diff(topology.spoke_start)[corner])
+    along = np.einsum("ij,itj->it", topology.spoke[spoke], frame[owner][:, 1:])
+    seen = np.linalg.norm(along, axis=1) > within
+    owner, along = owner[seen], along[seen]
+    # Of two cones that overlap, one has a side of the other within it, or its middle.
+    half = np.mod(wedge[:, 1] - wedge[:, 0], 2 * np.pi) / 2
+    turned = np.arctan2(along[:, 1], along[:, 0]) - (wedge[:, 0] + half)[owner]
+    angle = np.pi - np.mod(np.pi - turned, 2 * np.pi)  # of each edge from the middle of the face
+    least, left, right = (np.full(len(corner), far) for far in (np.inf, np.inf, -np.inf))
+    np.minimum.at(least, owner, np.abs(angle))
+    np.minimum.at(left, owner, np.where(angle > 0, angle, np.inf))
+    np.maximum.at(right, owner, np.where(angle < 0, angle, -np.inf))
+    return (least < half - within) | (left - right < np.pi - within)
+
+
 def _straightened(blocks: Polyhedra, ends: Ints, inward: Floats, crowded: np.ndarray) -> tuple[Ints, Floats, Ints]:
     """Edges of which those in one line are one, their directions inwards, and what each edge has become part of.
 

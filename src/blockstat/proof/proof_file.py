@@ -18,7 +18,7 @@ from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.certificate.check import balance, point_slack
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, known_options
-from blockstat.loads import Loads, as_load
+from blockstat.loads import Loads, as_load, weighted
 from blockstat.proof.centre import centred_forces
 from blockstat.proof.connectors import connector_forces
 from blockstat.proof.exact_check import Power, admissible
@@ -187,7 +187,7 @@ def prove_verdict(verdict: Verdict, *, loads: Loads | None = None, problem: Prob
     verdict
         Stable, also by self-stress only, or unstable.
     loads
-        Those that it was asked with.
+        Not needed: a verdict has its own, of the worst case of imperfections those of this case.
     problem
         As it was posed, if that is at hand.
 
@@ -201,6 +201,7 @@ def prove_verdict(verdict: Verdict, *, loads: Loads | None = None, problem: Prob
     InputError
         As in `prove`.
     """
+    loads = _loads_of(verdict, loads)
     problem = problem or _posed(verdict.assembly, verdict.interfaces, loads)
     if verdict.outcome is Outcome.UNDECIDED:
         raise InputError(f'"{problem.assembly.name}" is undecided: there is nothing to prove')
@@ -210,8 +211,7 @@ def prove_verdict(verdict: Verdict, *, loads: Loads | None = None, problem: Prob
     if verdict.outcome is Outcome.UNSTABLE:
         motion, power = driven_motion(problem, found, verdict.mechanism)
         if not power.drives(BOUND):
-            asked = "" if loads is not None else " under its weight alone; give the loads that it was asked with"
-            raise InputError(f'"{problem.assembly.name}" falls by less than rounding{asked}: there is no exact proof')
+            raise InputError(f'"{problem.assembly.name}" falls by less than rounding: there is no exact proof')
         return _file(ProofOutcome.UNSTABLE, found, _told(motion, power))
     force = _forces(problem, found, verdict.forces, None, 0.0)
     if force is None:
@@ -234,7 +234,7 @@ def prove_limit(
     load
         The load that it was asked for.
     loads
-        The permanent loads that it was asked with.
+        Not needed: a bracket has its own, of the worst case of imperfections those of this case.
     problem
         As it was posed, if that is at hand.
 
@@ -249,6 +249,7 @@ def prove_limit(
     InputError
         As in `prove`.
     """
+    loads = _loads_of(limit, loads)
     problem = problem or _posed(limit.assembly, limit.interfaces, loads)
     if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
         return prove_verdict(judged(problem, loads=loads, reserve=False), loads=loads, problem=problem)
@@ -275,6 +276,18 @@ def prove_limit(
 
 def _posed(assembly: Assembly, interfaces: Interfaces, loads: Loads | None) -> Problem:
     return pose(assembly, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=interfaces)
+
+
+def _loads_of(found: Verdict | LimitLoad, given: Loads | None) -> Loads | None:
+    """The loads that an answer was found under; InputError where others are given."""
+    if given is not None and not found.worst:
+        none = np.zeros((found.assembly.n_blocks, 6))
+        own, other = (weighted(none if loads is None else loads) for loads in (found.loads, given))
+        if own.weight != other.weight or not np.array_equal(own.beside, other.beside):
+            raise InputError(
+                "loads: they are not those that the answer was found under; leave them out, it has its own"
+            )
+    return found.loads
 
 
 def _forces(
