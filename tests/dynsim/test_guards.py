@@ -205,7 +205,9 @@ def test_sweeps_follow_the_ratio_of_a_mass_to_what_carries_it_and_the_joints_bel
         # On one of its own, three times as heavy, with two joints down to the ground.
         assert needed(cube(), cube(1, "heavy", density=3.0), careful=careful) == 3 * SWEEPS * (2 if careful else 1)
         # What stands on a heavy block does not carry it; that one carries a ninth of its own mass, two joints up.
-        assert needed(cube(0, "heavy", density=9.0), cube(1, "light"), careful=careful) == np.ceil(SWEEPS / 9 * (2 if careful else 1))
+        assert needed(cube(0, "heavy", density=9.0), cube(1, "light"), careful=careful) == np.ceil(
+            SWEEPS / 9 * (2 if careful else 1)
+        )
     # On a column of four, with five joints.
     column = [*(cube(k, f"c{k}") for k in range(4)), cube(4, "heavy", density=3.0)]
     assert needed(*column) == 3 * SWEEPS
