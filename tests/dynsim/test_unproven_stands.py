@@ -8,7 +8,7 @@ import pytest
 
 from blockstat import Assembly, JointLaw, Tie, assess, find_interfaces
 from blockstat.loads import point_load
-from dynsim import DynamicOutcome, Pulse, Settings, Settlement, limit, simulate, verify
+from dynsim import DynamicOutcome, Pulse, Removal, Settings, Settlement, limit, simulate, verify
 from dynsim.bonds.glue import CohesivePreload, weakened
 from dynsim.comparison.causes import Cause
 from dynsim.comparison.compare import compare_one
@@ -17,7 +17,7 @@ from dynsim.judge import static_reserve
 from dynsim.judge.criteria import rate
 from dynsim.judge.rest import free_fall
 from dynsim.judge.run import Contacts
-from dynsim.judge.static_reserve import OBLIQUE, WEDGED
+from dynsim.judge.static_reserve import OBLIQUE, SLOWED, WEDGED
 from dynsim.judge.verify import GLUE_TRIED, TOO_STRONG
 from dynsim.loads.loading import Constant
 from evidence.scenes.small import arch, assembly, box, prism
@@ -165,6 +165,33 @@ def test_the_planes_of_a_large_building_are_those_of_its_joints():
     planes = contacts.planes()
     assert len(planes) == 30_000
     assert {(plane.pressure, plane.friction, plane.at_points, plane.spread) for plane in planes} == {(8.0, 2.0, 2.0, 0)}
+
+
+def test_a_block_that_should_slide_and_creeps_is_named():
+    # A level acceleration of 1.1 mu g slides a block, whatever its shape; this one also nearly tips over its foot.
+    mu, along = 0.62, np.array([math.cos(math.radians(-82)), math.sin(math.radians(-82)), 0])
+    block = box((0, 0, 0), (0.4, 0.36, 0.44), name="b")
+    gravity = tuple(9.81 * (1.1 * mu * along - [0, 0, 1]))
+    asm = assembly([GROUND, block], friction=mu, gravity=gravity, supports=["ground"])
+    assert assess(asm).outcome.word == "unstable"
+    found = verify(asm)
+    assert found.outcome is DynamicOutcome.CREEPS
+    assert found.friction_excess > 1.01
+    assert any(text.startswith(SLOWED) and text.endswith("so they may slide") for text in found.warnings)
+
+
+def test_blocks_that_come_down_within_the_threshold_of_moving_loads_are_named():
+    # The cube in the middle of a stack is taken out: those above come down by a course, which is their size.
+    cubes = [box((0, 0, 0.2 * k), (0.2, 0.2, 0.2 * k + 0.2), name=f"c{k}") for k in range(4)]
+    stack = assembly([GROUND, *cubes], gravity=EARTH, supports=["ground"])
+    found = verify(stack, loads=[Removal("c1")], settings=Settings(brick_threshold=0.3, roof_threshold=0.3))
+    assert found.outcome is DynamicOutcome.STANDS
+    (text,) = [text for text in found.warnings if "came down" in text]
+    assert text.startswith("c2, c3 came down") or text.startswith("c3, c2 came down")
+    assert text.endswith("by 200 mm, 1 of its size")
+    # What rides down on a support has not come down on anything.
+    sinks = verify(stack, loads=[Settlement("ground", (0, 0, -0.05), 0.1)])
+    assert (sinks.outcome, sinks.warnings) == (DynamicOutcome.STANDS, ())
 
 
 def hung(high, **options):

@@ -131,6 +131,7 @@ class Fallen:
     apart: np.ndarray  #: whether through the air, by more than a joint may be open
     beyond: np.ndarray  #: whether at all
     small: Ints  #: numbers of the blocks that have fallen by thresholds of their own alone
+    supports: float  #: the furthest that a support came down, at the end [m]
 
 
 class Falls:
@@ -222,7 +223,8 @@ class Falls:
         most = (length >= self.brick) | (turned * ARM * self._assembly.size >= self.turn) | apart
         beyond = most | self._too_far(turned) | strayed
         small = np.flatnonzero(beyond.any(axis=0) & ~most.any(axis=0) & (self.own < self.turn - self.carried))
-        return Fallen(moved, turned, dropped, apart, beyond, small)
+        supports = max(0.0, float(drops(self._assembly, run.since_release[-1, self._assembly.support]).max()))
+        return Fallen(moved, turned, dropped, apart, beyond, small, supports)
 
     def _counting(self, values: Floats, axis: int = 0) -> Floats:
         """The values of the blocks that count, and 0 for the others."""
@@ -261,12 +263,12 @@ class Falls:
                 f"blocks smaller than most fell by their own thresholds: {_named(names, fallen.small)}; that of "
                 f'"{names[first]}" is {millimetres(self.own[first] + self.carried, 2)} mm'
             )
-        return told if fallen.beyond.any() else told + self._dropped(fallen.moved[-1])
+        return told if fallen.beyond.any() else told + self._came_down(fallen)
 
-    def _dropped(self, moved: Floats) -> list[str]:
-        """What is said of blocks that came down further than blocks at rest do, within a threshold for moving loads."""
-        low = np.asarray(drops(self._assembly, moved))
-        least = own_threshold(self._assembly, default_threshold(self._assembly)) + self.carried
+    def _came_down(self, fallen: Fallen) -> list[str]:
+        """What is said of blocks that came down further than supports did and than blocks at rest do."""
+        low = np.asarray(drops(self._assembly, fallen.moved[-1]))
+        least = own_threshold(self._assembly, default_threshold(self._assembly)) + fallen.supports
         down = np.flatnonzero(low >= least)
         if not len(down):
             return []
