@@ -50,7 +50,8 @@ def verify(
     """Simulate an assembly in Bullet or LMGC90 and judge it by displacement.
 
     It falls when a block goes beyond its threshold: by Eq. 1, by Eq. 2, by the length of its displacement or by its
-    rotation. It stands when none does and the trend of no block is as fast as an imbalance of
+    rotation. A block that is small beside most others also has a threshold of its own size. It stands when none does
+    and the trend of no block is as fast as an imbalance of
     `Settings.resolution` of the weight would have made it (see `dynsim.judge.rest`). It creeps when neither holds.
 
     Parameters
@@ -62,7 +63,8 @@ def verify(
     loads : Load, array of shape (n_blocks, 6), or a sequence of them
         What acts besides the weight. An array holds wrenches about the centroids [N, N m], as in `blockstat.assess`.
         Under loads that change, blocks rock and slide and come to rest elsewhere. The default threshold is then the
-        size of a block. What the loads themselves move is added to it, and to thresholds that are given.
+        size of a block. What the loads themselves move is added to it, and to thresholds that are given. A warning
+        names the block that came down most within it.
     actions : sequence of Action
         What else acts on the blocks, such as `AngularSprings` or `InertiaScale`.
     gap : float or str, optional
@@ -78,7 +80,8 @@ def verify(
         for it. A rest then counts at `Settings.resolution` only where statics prove an equilibrium with Coulomb
         friction and a reserve to all sides beyond Bullet's own error of 2 %, and at a resolution of 1e-4 elsewhere. A
         fall needs no finer run where statics find no such equilibrium. The outcome is then not independent of statics.
-        In any case statics decide whether a stand on friction beyond Coulomb's has a warning and a `friction_excess`.
+        In any case statics decide whether a stand or a creep on friction beyond Coulomb's has a warning and a
+        `friction_excess`.
     progress : callable, optional
         Called as the run goes on with the time that has been simulated, the time from which the loads no longer change,
         and the time at which the run ends at the latest [s]. Where one run is followed by another, it begins anew.
@@ -105,8 +108,8 @@ def verify(
     never came apart: a joint that cracks may keep a shock from the blocks above it. Joints that statics count as closed
     are closed for Bullet, too (see `dynsim.judge.closing`).
 
-    A block to which no chain of joints and ties leads from a support falls when it drops by more than a joint may be
-    open, settling included. A stand that needs more than Coulomb friction in a joint, where statics prove no
+    A block whose weight no joints and ties can carry to a support falls when it drops by more than a joint may be open,
+    settling included. A stand or a creep that needs more than Coulomb friction in a joint, where statics prove no
     equilibrium with it, has a warning and a `friction_excess` (see `dynsim.judge.static_reserve`). A stand in
     which a joint carries more than all weight and loads, where statics find self-stress alone, has one and is `wedged`.
 
