@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Assembly, InputError, find_interfaces
-from dynsim import DynamicOutcome, Settings, verify
+from blockstat import Assembly, InputError, Plan, Step, find_interfaces
+from dynsim import DynamicOutcome, Settings, sequence, verify
 from dynsim.judge.criteria import ARM, SmallBlocks, angles, courses, default_threshold, own_threshold, rate
 from evidence.scenes.small import assembly, box, running_bond
 
@@ -117,6 +117,8 @@ def test_far_bricks_do_not_save_a_slab_that_topples(size):
     scene = assembly([ledge, floor, slab, ground, *far], friction=0.7, supports=["ledge", "floor", "ground"])
     found = verify(scene)
     assert (found.outcome, found.first_block) == (DynamicOutcome.FALLS, "slab")
+    (step,) = sequence(scene, Plan((Step(("slab", "far0", "far1")),))).steps
+    assert (step.outcome, step.first_block) == (DynamicOutcome.FALLS, "slab")
 
 
 def test_far_bricks_do_not_save_a_small_block_that_slides():
