@@ -94,6 +94,18 @@ def test_without_bullet_no_search_begins(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_corrected_scene_takes_the_directory_of_one_that_could_not_be_built(tmp_path):
+    wrong = json.loads(json.dumps(ARCHES))
+    wrong["elements"]["arch"]["at"] = [0, 0, -0.3]  # into the ground
+    with pytest.raises(InputError, match="into the ground"):
+        optimise(scene_from(wrong), tmp_path, names=["parameters.t"], settings=FAST, jobs=1)
+    assert len((tmp_path / "history.csv").read_text().splitlines()) > 1
+    found, _ = optimise(scene_from(ARCHES), tmp_path, names=["parameters.t"], settings=FAST, jobs=1)
+    assert found.best_parameters is not None
+    with pytest.raises(InputError, match="of another search"):  # a history that is worth something is kept
+        optimise(scene_from(wrong), tmp_path, names=["parameters.t"], settings=FAST, jobs=1)
+
+
 PROGRAM = """
 import json, sys
 from dynsim.cli.commands import main

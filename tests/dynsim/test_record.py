@@ -86,6 +86,31 @@ def test_headings_with_other_units_are_refused(tmp_path, heading, says):
         record(tmp_path, f"{heading}\n0,1\n1,2\n")
 
 
+@pytest.mark.parametrize(
+    ("comment", "says"),
+    [
+        ("# time [s], acceleration [g]", 'accelerations are in "g"'),
+        ("#time (s) acceleration (cm/s2)", 'accelerations are in "cm/s2"'),
+        ("# a [Gal]", 'accelerations are in "gal"'),
+        ("# v [m/s]", 'accelerations are in "m/s"'),
+        ("# t [s], a [cm s^-2]", 'accelerations are in "cm s^-2"'),
+        ("# t [ms], a [m/s2]", 'times are in "ms"'),
+    ],
+)
+def test_headings_that_numpy_writes_as_a_comment_are_read_for_their_units(tmp_path, comment, says):
+    with pytest.raises(InputError, match=re.escape(f"line 2: {says}")):
+        record(tmp_path, f"# El Centro (1940)\n{comment}\n0,1\n1,2\n")
+    if "times" not in says:
+        assert record(tmp_path, f"{comment}\n0,1\n1,2\n", scale=2.0).acceleration[1, 0] == 4.0
+
+
+@pytest.mark.parametrize(
+    "comment", ["time [s], a [m/s2]", "a (m s-2)", "El Centro (1940, NS), every (2) samples", "(s)"]
+)
+def test_other_comments_are_passed_over(tmp_path, comment):
+    assert record(tmp_path, f"# {comment}\n0,1\n# then in (g)\n1,2\n").acceleration[:, 0].tolist() == [1.0, 2.0]
+
+
 def test_a_scale_explains_other_units_of_accelerations_alone(tmp_path):
     assert record(tmp_path, "t [s], a [g]\n0,1\n1,2\n", scale=9.81).acceleration[1, 0] == pytest.approx(19.62)
     with pytest.raises(InputError, match='times are in "ms"'):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -12,6 +13,7 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.design_search.candidate import ERROR
 from blockstat.design_search.search import (
     Candidate,
     FailureTarget,
@@ -71,7 +73,7 @@ def optimise(
     """Search for the lightest design that stands, confirm it in Bullet, and write a report.
 
     The directory gets history.csv, best.json, best.glb, pictures and report.html. An interrupted search goes on from
-    its history.csv when called again.
+    its history.csv when called again; one that has no design that could be built is begun anew.
 
     Parameters
     ----------
@@ -114,6 +116,7 @@ def optimise(
     _check_group(space_of(building, names).scene, settings, under)
     memory, jobs = Memory(), jobs_checked(jobs)
     with locked(directory):
+        _drop_if_nothing_was_built(directory / "history.csv")
         with (
             shown_search() as progress,
             SpeculativeRuns(partial(verify, settings=settings, gap=gap, statics=True), jobs) as dynamic,
@@ -150,6 +153,16 @@ def optimise(
         given = {"Judged": conditions, "Searched": options}
         notes = [*(f"{done} with {words}." for done, words in given.items() if words), NOTE]
         return result, write_report(result, directory, figures, notes=notes)
+
+
+def _drop_if_nothing_was_built(history: Path) -> None:
+    """Take away a history of errors alone: a corrected scene is another search, and there is nothing to keep."""
+    if not history.is_file():
+        return
+    with history.open(newline="", errors="replace") as file:
+        rows = list(csv.DictReader(file))
+    if rows and all(row.get("static") == ERROR for row in rows):
+        history.unlink()
 
 
 def _check_group(largest: Scene, settings: Settings | None, under: Callable[[Assembly], Assembly]) -> None:

@@ -137,8 +137,8 @@ def iterations_for(assembly: Assembly, interfaces: Interfaces, *, careful: bool 
     A sweep moves each light block until it carries its own share, so what is left of an error shrinks by one part in
     the ratio of the heavy mass to all that carry it: `SWEEPS` sweeps for each part are enough for blocks that stand.
     What is about to move rests on the outermost of those alone. And where they stand on others, the force goes down
-    step by step, and each step passes on as much less as there are steps: the ratio is multiplied by the number of
-    joints down to a support. With so many sweeps, blocks on lighter ones tip and slide within 3 % of their limits
+    step by step, and each step passes on as much less as there are steps: so many sweeps for each joint down to a
+    support. With so many sweeps, blocks on lighter ones tip and slide within 3 % of their limits
     (docs/dynamics.md). With fewer they move too early.
 
     Parameters
@@ -170,7 +170,7 @@ def iterations_for(assembly: Assembly, interfaces: Interfaces, *, careful: bool 
     angle = np.arange(8)[:, None] * np.pi / 4
     around = np.hstack([np.cos(angle), np.sin(angle)]) @ frames(up[None])[0, 1:]
     beside = np.full(n, SWEEPS)
-    down = np.maximum(joints_to_support(assembly, interfaces), beside) if careful else beside
+    down = beside * np.maximum(joints_to_support(assembly, interfaces), 1.0) if careful else beside
     most = 0.0
     for direction, times in ((up, down), *((side, beside) for side in around)):
         on = np.flatnonzero((push @ direction > ALONG) & ~assembly.support[heavy])

@@ -1,17 +1,23 @@
 """The displacement criteria of the procedural-masonry paper, and the length of the displacement beside them.
 
 Both equations measure displacement along gravity only: a wall that slides sideways passes them. So the length of the
-displacement and the rotation count too.
+displacement and the rotation count too. And both have one threshold for all blocks, within which one that is small
+beside most others may topple. So a small block is also held against its own size.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import known_options
+from blockstat.geometry.components import connected_components
 from blockstat.loads import horizontal, up_of
 from blockstat.typing import Floats, Ints
+from dynsim.judge.cracks import find_cracks
 
 #: Default threshold: a thirtieth of the median block size (10 mm for blocks of 0.3 m) or a twentieth of the
 #: smallest, whichever is more. Thresholds from this to five times it give the same verdicts.
@@ -23,7 +29,7 @@ COURSE_SHARE = 3e-6
 BESIDE = 1e-3
 #: Where loads change, blocks rock and slide. One that has turned by more than this has another face down than before.
 OVERTURNED = np.pi / 4
-#: A block has turned too far when a point at half its size from its centre has moved by the threshold.
+#: A block has turned too far when a point at half its size from its centre has moved by its threshold.
 ARM = 0.5
 
 
@@ -41,8 +47,78 @@ def default_threshold(assembly: Assembly) -> float:
         Displacement [m].
     """
     size = assembly.size[~assembly.support]
-    tall = np.median(size) * COURSE_SHARE * courses(assembly) ** 2
-    return float(max(np.median(size) * MEDIAN_SHARE, size.min() * SMALLEST_SHARE) + tall)
+    return float(max(np.median(size) * MEDIAN_SHARE, size.min() * SMALLEST_SHARE) + _settling(assembly))
+
+
+def own_threshold(assembly: Assembly, most: float, *, overturns: bool = False) -> Floats:
+    """Return the displacement that counts as falling for each block by its own size.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; supports have thresholds that do not count.
+    most : float
+        The threshold of any block [m].
+    overturns : bool, optional
+        Whether blocks may rock and slide, as under loads that change: their size counts then, not a twentieth of it.
+
+    Returns
+    -------
+    array of float, shape (n_blocks,)
+        Displacement [m]: what alone the block would have for its threshold, and no more than that of any block.
+    """
+    own = assembly.size if overturns else assembly.size * SMALLEST_SHARE + _settling(assembly)
+    return np.minimum(own, most)
+
+
+def _settling(assembly: Assembly) -> float:
+    """What is allowed for the settling of the courses [m]."""
+    return float(np.median(assembly.size[~assembly.support]) * COURSE_SHARE * courses(assembly) ** 2)
+
+
+@dataclass(frozen=True, eq=False)
+class SmallBlocks:
+    """Which blocks have gone further than their own thresholds, and not with others that have not.
+
+    Notes
+    -----
+    A small block on a large one goes where that goes, which may be further than the threshold of the small one and is
+    no fall. So two blocks go together while their joint has opened and slid by less than the smaller of their
+    thresholds. A block beyond its own has fallen when it does not go together, through any number of joints, with a
+    support or with a block within its own threshold. Turns need no such rule: what goes together turns together, and
+    the larger of two blocks has fallen at the smaller angle.
+    """
+
+    assembly: Assembly
+    interfaces: Interfaces  #: joints of the assembly
+    own: Floats  #: threshold of each block, shape (n_blocks,) [m]
+    carried: float = 0.0  #: what loads move themselves [m]
+    gone: Ints | None = None  #: blocks that are not there
+
+    def strayed(self, moved: Floats, rotation: Floats) -> np.ndarray:
+        """Return which blocks have fallen by their own thresholds.
+
+        Parameters
+        ----------
+        moved : array of float, shape (n_blocks, 3)
+            Displacements [m].
+        rotation : array of float, shape (n_blocks, 3, 3)
+            Rotations.
+
+        Returns
+        -------
+        array of bool, shape (n_blocks,)
+            Supports never have.
+        """
+        far = (np.linalg.norm(moved, axis=1) >= self.own + self.carried) & ~self.assembly.support
+        if not far.any():
+            return far
+        still = np.zeros_like(moved), np.tile(np.eye(3), (len(moved), 1, 1))
+        joints = find_cracks(self.assembly, still, (moved, rotation), interfaces=self.interfaces, removed=self.gone)
+        least = np.where(self.assembly.support, np.inf, self.own)[joints.pair].min(axis=1)
+        together = joints.pair[np.maximum(joints.opening, joints.slip) < least]
+        _, part = connected_components(len(far), together)
+        return far & ~np.isin(part, part[~far])
 
 
 def courses(assembly: Assembly) -> float:

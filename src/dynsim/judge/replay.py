@@ -25,7 +25,7 @@ from blockstat.typing import Floats, Ints
 from dynsim.bonds.props import PropForces
 from dynsim.engine.world import World
 from dynsim.judge.closing import closed_scene
-from dynsim.judge.criteria import ARM, angles, default_threshold
+from dynsim.judge.criteria import ARM, SmallBlocks, angles, default_threshold, own_threshold
 from dynsim.judge.rest import RestDetection, movement
 from dynsim.judge.run import TALL, Contacts, Run, height_of, rotation_vectors
 from dynsim.judge.stages import MIDDLE, joints_to_furthest_block
@@ -236,7 +236,8 @@ class _Site:
         self._assembly = assembly = world.assembly
         self._present = assembly.support.copy()
         self._held = assembly.support.copy()
-        self.threshold = settings.brick_threshold or default_threshold(assembly)
+        asked, self.threshold = settings.brick_threshold, settings.brick_threshold or default_threshold(assembly)
+        self._own = np.full(assembly.n_blocks, asked) if asked else own_threshold(assembly, self.threshold)
         self._number = {name: k for k, name in enumerate(assembly.names)}
         self._placed = np.where(assembly.support, -np.inf, np.inf)
         self._boundary = [self._number[name] for name in plan.boundary]
@@ -312,6 +313,7 @@ class _Site:
         rest = RestDetection(default_threshold(self._assembly), s.window)
         rest.look(0.0, np.zeros((len(free), 6)))
         size, looks, furthest = self._assembly.size[free], round(s.longest * self._stretch / self._look), 0.0
+        small = SmallBlocks(self._assembly, world.interfaces, self._own, gone=np.flatnonzero(~self._present))
         for look in range(1, looks + 1):
             self._advance()
             moved, turned = world.poses()
@@ -319,9 +321,11 @@ class _Site:
             angle = angles(np.stack([turned_at_start, turned])[:, free])[1]
             beyond = np.maximum(length, angle * ARM * size)
             furthest = max(furthest, float(length.max()))
-            if beyond.max() >= self.threshold:
+            fell = (length >= self.threshold) | (angle * ARM * size >= self._own[free])
+            fell |= small.strayed(moved - start, turned @ turned_at_start.swapaxes(1, 2))[free]
+            if fell.any():
                 self._keep()
-                return DynamicOutcome.FALLS, furthest, self._assembly.names[free[beyond.argmax()]]
+                return DynamicOutcome.FALLS, furthest, self._assembly.names[free[np.where(fell, beyond, -1.0).argmax()]]
             since = movement(self._assembly, free, moved - start, rotation_vectors(turned_at_start, turned))
             if rest.look(s.longest * look / looks, since):
                 break

@@ -47,6 +47,8 @@ TOLERANCE = 1e-2
 BEYOND = 1e-2
 #: Begins what a verdict says about such friction.
 OBLIQUE = "in Bullet the stand needs friction that Coulomb's law does not give"
+#: Begins what it says where blocks creep.
+SLOWED = "in Bullet the blocks only creep on friction that Coulomb's law does not give"
 #: Begins what a verdict says of joints that are pressed by no load.
 WEDGED = "in Bullet the blocks are wedged"
 
@@ -98,6 +100,7 @@ class FrictionExcess:
     friction: float  #: the coefficient
     joints: int  #: beyond their cones
     by_statics: bool  #: whether statics were asked for an equilibrium, and proved none
+    creeps: bool = False  #: whether the blocks were still moving
 
     @property
     def factor(self) -> float:
@@ -108,11 +111,12 @@ class FrictionExcess:
     def warning(self) -> str:
         """What a verdict must say."""
         more = f" (and {self.joints - 1} more)" * (self.joints > 1)
+        begins, so = (SLOWED, "they may slide") if self.creeps else (OBLIQUE, "the stand is not proven")
         return (
-            f'{OBLIQUE}: the joint between "{self.joint[0]}" and "{self.joint[1]}"{more} carries friction of '
+            f'{begins}: the joint between "{self.joint[0]}" and "{self.joint[1]}"{more} carries friction of '
             f"{self.ratio:.3g} times its pressure, and its coefficient is {self.friction:.3g}"
             + ("; statics prove no equilibrium with Coulomb friction either" * self.by_statics)
-            + ", so the stand is not proven"
+            + f", so {so}"
         )
 
 
@@ -124,7 +128,7 @@ def friction_excess(
     Parameters
     ----------
     run : Run
-        A run that ended at rest.
+        A run that ended without a fall.
     interfaces : Interfaces
         Joints of its assembly.
     loads : sequence of Load
@@ -217,12 +221,14 @@ def doubted(
     DynamicVerdict
         With a warning and a `friction_excess`, or with a warning and `wedged`, where one of these applies.
     """
-    if verdict.outcome is not DynamicOutcome.STANDS:
+    if verdict.outcome is DynamicOutcome.FALLS:
         return verdict
+    creeps = verdict.outcome is DynamicOutcome.CREEPS
     excess = friction_excess(verdict.run, interfaces, loads, verdict.resolution, reserve)
     if excess is not None:
+        excess = replace(excess, creeps=creeps)
         return replace(verdict, warnings=(*verdict.warnings, excess.warning), friction_excess=excess.factor)
-    wedge = wedging(verdict.run, interfaces, loads, reserve)
+    wedge = None if creeps else wedging(verdict.run, interfaces, loads, reserve)
     if wedge is None:
         return verdict
     return replace(verdict, warnings=(*verdict.warnings, wedge.warning), wedged=wedge.share)

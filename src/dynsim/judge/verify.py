@@ -13,8 +13,7 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.errors import InputError, known_options
-from blockstat.result import listed, millimetres
+from blockstat.errors import known_options
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import changed_joints, weakened
 from dynsim.bonds.stiffness import caveats
@@ -23,8 +22,8 @@ from dynsim.engine.guards import check_can_simulate, iterations_for
 from dynsim.engine.world import Action
 from dynsim.judge.closing import ClosedScene, closed_scene
 from dynsim.judge.cracks import find_cracks
-from dynsim.judge.criteria import ARM, OVERTURNED, angles, default_threshold, drops, group_box_centre, rate
-from dynsim.judge.rest import AFTERWARDS, RestDetection, free_drop, last_change, movement, stays, threshold_under
+from dynsim.judge.criteria import ARM, default_threshold, drops, group_box_centre, rate
+from dynsim.judge.rest import AFTERWARDS, Falls, RestDetection, last_change, movement
 from dynsim.judge.run import Run, simulate
 from dynsim.judge.stages import SAME_FALL, Stages, stages
 from dynsim.judge.static_reserve import StaticReserve, doubted
@@ -51,7 +50,8 @@ def verify(
     """Simulate an assembly in Bullet or LMGC90 and judge it by displacement.
 
     It falls when a block goes beyond its threshold: by Eq. 1, by Eq. 2, by the length of its displacement or by its
-    rotation. It stands when none does and the trend of no block is as fast as an imbalance of
+    rotation. A block that is small beside most others also has a threshold of its own size. It stands when none does
+    and the trend of no block is as fast as an imbalance of
     `Settings.resolution` of the weight would have made it (see `dynsim.judge.rest`). It creeps when neither holds.
 
     Parameters
@@ -63,7 +63,8 @@ def verify(
     loads : Load, array of shape (n_blocks, 6), or a sequence of them
         What acts besides the weight. An array holds wrenches about the centroids [N, N m], as in `blockstat.assess`.
         Under loads that change, blocks rock and slide and come to rest elsewhere. The default threshold is then the
-        size of a block. What the loads themselves move is added to it, and to thresholds that are given.
+        size of a block. What the loads themselves move is added to it, and to thresholds that are given. A warning
+        names the block that came down most within it.
     actions : sequence of Action
         What else acts on the blocks, such as `AngularSprings` or `InertiaScale`.
     gap : float or str, optional
@@ -79,7 +80,8 @@ def verify(
         for it. A rest then counts at `Settings.resolution` only where statics prove an equilibrium with Coulomb
         friction and a reserve to all sides beyond Bullet's own error of 2 %, and at a resolution of 1e-4 elsewhere. A
         fall needs no finer run where statics find no such equilibrium. The outcome is then not independent of statics.
-        In any case statics decide whether a stand on friction beyond Coulomb's has a warning and a `friction_excess`.
+        In any case statics decide whether a stand or a creep on friction beyond Coulomb's has a warning and a
+        `friction_excess`.
     progress : callable, optional
         Called as the run goes on with the time that has been simulated, the time from which the loads no longer change,
         and the time at which the run ends at the latest [s]. Where one run is followed by another, it begins anew.
@@ -106,8 +108,8 @@ def verify(
     never came apart: a joint that cracks may keep a shock from the blocks above it. Joints that statics count as closed
     are closed for Bullet, too (see `dynsim.judge.closing`).
 
-    A block to which no chain of joints and ties leads from a support falls when it drops by more than a joint may be
-    open, settling included. A stand that needs more than Coulomb friction in a joint, where statics prove no
+    A block whose weight no joints and ties can carry to a support falls when it drops by more than a joint may be open,
+    settling included. A stand or a creep that needs more than Coulomb friction in a joint, where statics prove no
     equilibrium with it, has a warning and a `friction_excess` (see `dynsim.judge.static_reserve`). A stand in
     which a joint carries more than all weight and loads, where statics find self-stress alone, has one and is `wedged`.
 
@@ -289,8 +291,6 @@ def _fall_time(verdict: DynamicVerdict) -> float:
     return np.inf if verdict.first_time is None else verdict.first_time * verdict.run.pace
 
 
-#: Blocks that a warning names at most.
-NAMED = 5
 #: Bonds give a little before they hold, so glued blocks settle longer by this [s].
 GLUE_SETTLES = 0.1
 #: Glue that is stronger is first tried at these multiples of the weight of all blocks and the loads on them. Four cubes
@@ -330,34 +330,22 @@ class _Evaluator:
         self._assembly, self._interfaces, self._engine, self.settings = assembly, interfaces, engine, settings
         self._reserve, self._progress = reserve, progress
         self._group, blocks = _roof(assembly, settings.group)
-        self._judged = stays(assembly, loads)
-        if not len(self._judged):
-            raise InputError("removal: nothing that can move is left")
-        self._blocks = np.intersect1d(blocks, self._judged)
-        self._roof = threshold_under(assembly, loads, settings.roof_threshold)
-        self._brick = threshold_under(assembly, loads, settings.brick_threshold)
-        self._turned = threshold_under(assembly, loads)
-        self._overturned = OVERTURNED if last_change(loads) > -np.inf else np.pi
+        self._falls = Falls(assembly, interfaces, loads, settings)
+        self._blocks = np.intersect1d(blocks, self._falls.judged)
         self._hold = max(last_change(loads), 0.0)
         self._threshold = default_threshold(assembly)
         self._loads, self._actions = loads, actions
         self._crack = settings.crack_threshold
-        self._loose = np.full(assembly.n_blocks, np.inf)
-        self._loose[self._judged] = free_drop(assembly, interfaces)[self._judged]
 
     def __call__(self, settings: Settings, spent: float = 0.0) -> DynamicVerdict:
         rest = RestDetection(self._threshold, settings.window)
-        furthest = max(self._brick, self._roof)
         resolution = settings.resolution
 
         def decided(elapsed: float, moved: Floats, turned: Floats) -> bool:
             nonlocal resolution
-            if np.linalg.norm(moved[self._judged], axis=1).max() >= furthest:
+            if self._falls.decided(moved, turned):
                 return True
-            # With a threshold of the caller's the run goes on to it.
-            if settings.brick_threshold is None and self._too_far(np.linalg.norm(turned, axis=1))[self._judged].any():
-                return True
-            if not rest.look(elapsed, movement(self._assembly, self._judged, moved, turned)):
+            if not rest.look(elapsed, movement(self._assembly, self._falls.judged, moved, turned)):
                 return False
             if self._reserve is not None and (finer := self._reserve.resolution(resolution)) < resolution:
                 resolution = finer
@@ -384,29 +372,24 @@ class _Evaluator:
         at_rest : bool
             Whether the run ended on a rest.
         """
-        assembly, judged = self._assembly, self._judged
-        since = np.zeros_like(run.displacement)
-        since[:, judged] = run.since_release[:, judged]
+        assembly, falls = self._assembly, self._falls
+        fallen = falls.of(run)
+        since, beyond, turned = fallen.moved, fallen.beyond, fallen.turned
         length = np.linalg.norm(since, axis=2)
-        turned = np.zeros_like(length)
-        turned[:, judged] = angles(run.rotation)[:, judged]
         group_drop, max_drop = self._group_drop(run), float(drops(assembly, since[-1]).max())
-        fell = np.asarray(drops(assembly, run.displacement))
-        apart = np.asarray(fell > self._loose)
-        beyond = (length >= self._brick) | self._too_far(turned) | apart
         ever = np.flatnonzero(beyond.any(axis=0))
         speed = rate(run.times, since, settings.window / run.pace, self._hold)
         outcome = DynamicOutcome.STANDS if at_rest else DynamicOutcome.CREEPS
-        if len(ever) or group_drop >= self._roof or max_drop >= self._brick:
+        if len(ever) or group_drop >= falls.roof or max_drop >= falls.brick:
             outcome = DynamicOutcome.FALLS
         settling = float(np.linalg.norm(run.displacement[0], axis=1).max())
         frame = int(np.argmax(beyond.any(axis=1)))
-        told = [*caveats(self._actions), *_warnings(run, settling, self._brick), *_in_the_air(assembly, apart, fell)]
+        told = [*caveats(self._actions), *_warnings(run, settling, falls.brick), *falls.words(fallen)]
         return DynamicVerdict(
             outcome=outcome, group=self._group, group_drop=group_drop, max_drop=max_drop,
             max_displacement=float(length.max()), max_rotation=degrees(turned.max()), rate=speed, settling=settling,
-            max_turn=float((turned * ARM * assembly.size).max()), turn_threshold=self._turned,
-            roof_threshold=self._roof, brick_threshold=self._brick,
+            max_turn=float((turned * ARM * assembly.size).max()), turn_threshold=falls.turn,
+            roof_threshold=falls.roof, brick_threshold=falls.brick,
             moved=ever[np.argsort(-length[-1, ever], kind="stable")],
             first_block=_first(assembly, beyond[frame], length[frame]) if len(ever) else None,
             first_time=float(run.times[frame]) if len(ever) else None,
@@ -416,10 +399,6 @@ class _Evaluator:
             ),
             run=run, resolution=settings.resolution, settings=settings, warnings=tuple(told),
         )  # fmt: skip
-
-    def _too_far(self, turned: Floats) -> np.ndarray:
-        """Which angles are those of a fall, shape (..., n_blocks)."""
-        return (turned * ARM * self._assembly.size >= self._turned) | (turned >= self._overturned)
 
     def _group_drop(self, run: Run) -> float:
         """Eq. 1 [m]."""
@@ -441,17 +420,6 @@ def _warnings(run: Run, settling: float, brick: float) -> list[str]:
     if settling > brick:
         warnings.append(f"blocks moved {1e3 * settling:.2g} mm while settling, more than the threshold")
     return warnings
-
-
-def _in_the_air(assembly: Assembly, apart: np.ndarray, fell: Floats) -> list[str]:
-    """What is said of blocks that nothing held as built, from when on and how far they fell, by frame."""
-    if not apart.any():
-        return []
-    names = listed([assembly.names[block] for block in np.flatnonzero(apart.any(axis=0))], NAMED)
-    return [
-        f"no joint held {names} as built: blocks fell through the air by up to {millimetres(fell[apart].max(), 2)} mm, "
-        "settling included, which is more than a joint may be open"
-    ]
 
 
 def _roof(assembly: Assembly, group: str | None) -> tuple[str, Ints]:

@@ -17,6 +17,10 @@ FORM = "a line holds a time [s] and one, two or three accelerations [m/s2], sepa
 
 #: Units that a line of headings may have in brackets.
 SECONDS, METRES = ("s", "sec", "seconds"), ("m/s2", "m/s^2", "m/s\u00b2", "m/s**2", "m s-2", "ms-2")
+#: Units that a comment above the numbers names in brackets, as `numpy.savetxt` writes headings: of accelerations or
+#: velocities, and of times that are not in s. Other words in brackets, such as a year, are no units.
+OF_MOTION = re.compile(r"[%m]?\s*g|gals?|.*/\s*s(ec)?\s*(\^|\*\*)?\s*[2\u00b2]?|.*s\s*(\^|\*\*)?\s*-\s*[12]")
+OTHER_TIMES = ("ms", "msec", "milliseconds", "minutes")
 #: Along which one column acts unless another direction is given.
 X = (1.0, 0.0, 0.0)
 
@@ -25,7 +29,8 @@ def read_record(path: str | Path, *, direction: Sequence[float] = X, scale: floa
     r"""Read a ground motion from a CSV file.
 
     A line holds a time [s] and one to three accelerations. Lines that start with # and one line of headings are passed
-    over; units in its brackets must be s, and m/s2 unless a scale is given.
+    over; units in brackets in the headings, or above the numbers in a line that starts with #, must be s, and m/s2
+    unless a scale is given.
 
     Parameters
     ----------
@@ -44,8 +49,8 @@ def read_record(path: str | Path, *, direction: Sequence[float] = X, scale: floa
     Raises
     ------
     InputError
-        Naming the file and the line: for a bad number, a missing or surplus column, a time that does not grow, or a
-        direction of more than one column.
+        Naming the file and the line: for a bad number, a missing or surplus column, a time that does not grow, other
+        units, or a direction of more than one column.
 
     Examples
     --------
@@ -84,7 +89,11 @@ def _rows(path: Path, *, scaled: bool) -> list[list[float]]:
     headed = False
     for number, line in enumerate(text.splitlines(), start=1):
         words = line.replace(",", " ").replace(";", " ").split()
-        if not words or words[0].startswith("#"):
+        if not words:
+            continue
+        if words[0].startswith("#"):
+            if not rows:
+                _check_comment(line, scaled, f"{path}, line {number}")
             continue
         if not rows and not headed and not any(map(_is_number, words)):
             headed = True
@@ -98,12 +107,34 @@ def _rows(path: Path, *, scaled: bool) -> list[list[float]]:
 
 def _check_units(heading: str, scaled: bool, where: str) -> None:
     """Refuse units in brackets that are not those read: of times, and of accelerations that no scale changes."""
-    units = [unit.strip().lower() for unit in re.findall(r"[\[(]([^\])]*)[\])]", heading)]
+    units = _bracketed(heading)
     if len(units) > 1 and units[0] not in SECONDS:
-        raise InputError(f'{where}: times are in "{units[0]}"; they must be in s')
+        raise _other_times(units[0], where)
     for unit in () if scaled else units[1:] or units:
         if unit not in {*SECONDS, *METRES}:
-            raise InputError(f'{where}: accelerations are in "{unit}"; they must be in m/s2, or have a scale')
+            raise _other_accelerations(unit, where)
+
+
+def _check_comment(comment: str, scaled: bool, where: str) -> None:
+    """Refuse what is known for a unit in the brackets of a comment, and is not one that is read."""
+    for unit in _bracketed(comment):
+        if unit in OTHER_TIMES:
+            raise _other_times(unit, where)
+        if not scaled and OF_MOTION.fullmatch(unit) and unit not in METRES:
+            raise _other_accelerations(unit, where)
+
+
+def _bracketed(line: str) -> list[str]:
+    """What stands in brackets, in small letters."""
+    return [words.strip().lower() for words in re.findall(r"[\[(]([^\])]*)[\])]", line)]
+
+
+def _other_times(unit: str, where: str) -> InputError:
+    return InputError(f'{where}: times are in "{unit}"; they must be in s')
+
+
+def _other_accelerations(unit: str, where: str) -> InputError:
+    return InputError(f'{where}: accelerations are in "{unit}"; they must be in m/s2, or have a scale')
 
 
 def _row(words: list[str], where: str, before: list[list[float]]) -> list[float]:
