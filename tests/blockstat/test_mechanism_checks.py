@@ -706,6 +706,25 @@ def test_a_factor_on_the_weight_that_is_told_lifts_nothing():
     assert found.alpha0 == pytest.approx(0.9 * 0.5 / 3, rel=1e-4)  # the weight is less, and its inertia is not
 
 
+def test_masses_whose_weight_is_no_permanent_load_are_told():
+    """A balcony of weight P at y beyond the toe of a wall: (W b / 2 - P y) / (W h / 2 + P z); told without its weight,
+    W b / 2 over the same, which is right for a floor that other walls bear."""
+    wall = on_a_base([box((0, 0, 0), (0.5, 3, 4), name="wall")])
+    weight, own, place = wall.free_weight, 2e4, np.array([1.2, 1.5, 2.0])
+    balcony, pushed = np.zeros((2, 6, 2)).transpose(2, 0, 1)
+    for load, force in ((balcony, (0, 0, -own)), (pushed, (own, 0, 0))):
+        load[1] = [*force, *np.cross(place - wall.centroid[1], force)]
+    inertia = acceleration(wall, (1, 0, 0)) + pushed
+    for loads, moment in ((balcony, weight * 0.25 - own * 0.7), (None, weight * 0.25)):
+        limit = limit_load(wall, inertia, loads=loads)
+        found = linear_check(limit, (1, 0, 0), masses=[("wall", place, own)], demand=0.05)
+        assert found.alpha0 == pytest.approx(moment / (2.0 * weight + 2.0 * own), rel=1e-4)
+        assert found.outcome.word == "satisfied"
+        told = [text for text in found.warnings if "no permanent load has their weight" in text]
+        assert (len(told) == 1) == (loads is None)
+        assert not told or told[0].startswith("masses of 20000 N are accelerated")
+
+
 def test_what_is_borne_without_the_mass_of_a_permanent_load_is_not_verified():
     """A wall of weight W with R upon it tips at (W + R) b / 2 over W h / 2; with the mass of R, over W h / 2 + R h."""
     wall = on_a_base([box((0, 0, 0), (0.5, 3, 4), name="wall")])

@@ -238,7 +238,7 @@ def linear_check(
     else:
         alpha0, multiplier = limit.coulomb_least[0], "without dilatancy, of the joints that carry least"
     sums = work_sums(limit.assembly, limit.mechanism, direction, bodies, masses)
-    push, idle = check_pushed(limit, direction, masses, loads)
+    push, idle, weightless = check_pushed(limit, direction, masses, loads)
     gravity, unit = gravity_of(limit.assembly)
     share, _, warnings = oscillator(sums, bodies, macro_blocks, arbitrary(limit, bodies, push, macro_blocks)[0])
     acceleration = alpha0 * gravity / (share * confidence)
@@ -266,7 +266,7 @@ def linear_check(
         multiplier=multiplier,
         ground=ground.words,
         limit=limit,
-        warnings=tuple(dict.fromkeys([*limit.warnings, *warnings, *high, *idle, *unit])),
+        warnings=tuple(dict.fromkeys([*limit.warnings, *warnings, *high, *idle, *weightless, *unit])),
     )
 
 

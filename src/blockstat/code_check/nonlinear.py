@@ -297,7 +297,7 @@ def nonlinear_check(
     limit = replace(curve.limit, mechanism=curve.points[0].mechanism)  # joints of a curve slide as its flow has it
     bodies = moving_bodies(limit)
     sums = work_sums(curve.assembly, limit.mechanism, direction, bodies, masses)
-    push, idle = check_pushed(curve.limit, direction, masses, loads)
+    push, idle, weightless = check_pushed(curve.limit, direction, masses, loads)
     reason, mixture = arbitrary(limit, bodies, push, macro_blocks)
     share, per_control, told = oscillator(sums, bodies, macro_blocks, reason)
     displacement = per_control * curve.displacement
@@ -306,7 +306,7 @@ def nonlinear_check(
     most = np.inf if curve.without_self_stress is None else curve.without_self_stress[0]
     acceleration = np.minimum(curve.lower, most) * per_multiplier
     high = high_up(limit, bodies) if floor is None else ()
-    ultimate, warnings = float(displacement[-1]), [*curve.warnings, *told, *high, *idle, *unit, *back]
+    ultimate, warnings = float(displacement[-1]), [*curve.warnings, *told, *high, *idle, *weightless, *unit, *back]
     if curve.outcome is CapacityOutcome.COLLAPSE and not back:
         warnings.append("the curve ends before the multiplier is zero; d0 is its end")
     if len(asked) > 1 and not isinstance(site, Mapping):

@@ -16,7 +16,7 @@ from blockstat.analysis.problem import Loads, checked_loads
 from blockstat.contact.cells import centres
 from blockstat.errors import InputError, check_positive
 from blockstat.large_displacement.displaced.pose import Pose, displaced_points
-from blockstat.loads import WeightedLoads, acceleration, three
+from blockstat.loads import WeightedLoads, acceleration, three, up_of
 from blockstat.program.ties import tie_wrenches
 from blockstat.typing import Floats, Ints
 
@@ -84,7 +84,7 @@ def check_pushed(
     direction: Sequence[float],
     masses: Sequence[tuple[int | str, Sequence[float], float]],
     loads: Loads | None,
-) -> tuple[Floats, tuple[str, ...]]:
+) -> tuple[Floats, tuple[str, ...], tuple[str, ...]]:
     """Check that the load of a limit is the acceleration of all that has mass.
 
     Parameters
@@ -102,9 +102,11 @@ def check_pushed(
     -------
     push : array, shape (n_blocks, 6)
         The acceleration of all that has mass, in units of gravity, as a load [N, N m].
-    warnings : tuple of str
+    idle : tuple of str
         That permanent loads press down which have no mass, if there are any; and that they may where loads lift a
         block: what presses on it besides is not known.
+    weightless : tuple of str
+        That masses have no weight among the permanent loads, if there are any.
 
     Raises
     ------
@@ -149,7 +151,19 @@ def check_pushed(
         )
     if isinstance(loads, WeightedLoads) and loads.weight < 1:
         acting = acting - loads.more_weight(assembly)
-    return push, _idle(assembly, acting, carried, close)
+    return push, _idle(assembly, acting, carried, close), _weightless(assembly, acting, carried, close)
+
+
+def _weightless(assembly: Assembly, acting: Floats, carried: Floats, close: Floats) -> tuple[str, ...]:
+    """What to say of masses whose weight is not among the permanent loads; the arguments are those of `_idle`."""
+    down = float(acting[assembly.free, :3].sum(axis=0) @ -up_of(assembly))
+    missing = float(carried.sum()) - max(down, 0.0)
+    if missing <= float(close.sum()):
+        return ()
+    return (
+        f"masses of {missing:.6g} N are accelerated, and no permanent load has their weight: alpha0 is right if it is "
+        "borne elsewhere, and too high or too low if it presses on these blocks",
+    )
 
 
 def _idle(assembly: Assembly, acting: Floats, carried: Floats, close: Floats) -> tuple[str, ...]:
