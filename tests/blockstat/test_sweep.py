@@ -7,9 +7,9 @@ import subprocess
 import sys
 import time
 from functools import partial
+from importlib.util import module_from_spec, spec_from_file_location
 from itertools import islice, product
 from operator import itemgetter
-from types import ModuleType
 
 import joblib
 import numpy as np
@@ -138,37 +138,30 @@ def test_a_measure_may_be_a_part_of_a_function_and_needs_a_name(tmp_path):
         sweep(SCENE, designs, path, measure=itemgetter("volume"), jobs=1)
 
 
-#: A module with a measure, and what an edit of it may change.
-MEASURE = """
-FACTOR = 2.0
-
-
-def helped(value):
-    return FACTOR * value
-
-
-def measure(scene, memory, more=1.0):
-    return {"static": "stable", "value": helped(more) + 1.0}
+MEASURE = """def measure(scene, memory, more=1.0):
+    return {"static": "stable", "value": more + 1.0}
 """
-EDITS = {"FACTOR = 2.0": "FACTOR = 3.0", "FACTOR * value": "FACTOR - value", "more=1.0": "more=2.0", "+ 1.0": "- 1.0"}
 
 
-@pytest.mark.parametrize("edit", EDITS)
-def test_an_edited_measure_is_another_sweep_and_one_with_another_comment_is_not(tmp_path, edit):
-    def measure(text):
-        module = ModuleType("measures")
-        exec(text, vars(module))
+@pytest.mark.parametrize(("old", "new"), [("more=1.0", "more=2.0"), ("+ 1.0", "- 1.0")])
+def test_an_edited_measure_is_another_sweep(tmp_path, old, new):
+    def measure(text, name):
+        path = tmp_path / f"{name}.py"
+        path.write_text(text)
+        spec = spec_from_file_location("measures", path)
+        module = module_from_spec(spec)
+        spec.loader.exec_module(module)
         return module.measure
 
     path, designs = tmp_path / "rows.jsonl", list(grid(SCENE))[:1]
-    [row] = sweep(SCENE, designs, path, measure=measure(MEASURE), jobs=1).rows()
-    assert row["value"] == 2.0 * 1.0 + 1.0
-    again = sweep(SCENE, designs, path, measure=measure(f"# A comment.\n\n{MEASURE}"), jobs=1)
-    assert again.computed == 0
+    [row] = sweep(SCENE, designs, path, measure=measure(MEASURE, "first"), jobs=1).rows()
+    assert row["value"] == 2.0
+    same = sweep(SCENE, designs, path, measure=measure(f"# Other lines.\n\n{MEASURE}", "same"), jobs=1)
+    assert same.computed == 0
     with pytest.raises(InputError, match="rows of another sweep"):
-        sweep(SCENE, designs, path, measure=measure(MEASURE.replace(edit, EDITS[edit])), jobs=1)
+        sweep(SCENE, designs, path, measure=measure(MEASURE.replace(old, new), "edited"), jobs=1)
     with pytest.raises(InputError, match="rows of another sweep"):
-        sweep(SCENE, designs, path, measure=partial(measure(MEASURE), more=1.0), jobs=1)
+        sweep(SCENE, designs, path, measure=partial(measure(MEASURE, "bound"), more=1.0), jobs=1)
 
 
 def measured_by(count, scene, memory):

@@ -6,6 +6,7 @@ takes no row with it: what has no row in the file is computed again, and nothing
 
 from __future__ import annotations
 
+import inspect
 import json
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from itertools import chain, islice, product
 from math import isfinite, prod
 from pathlib import Path
 from time import process_time
-from types import CodeType, FunctionType, MethodType
+from types import FunctionType, MethodType
 from typing import Any, overload
 
 import msgspec
@@ -293,8 +294,7 @@ def sweep(
     measure : callable, optional
         Evaluates one design: a function at the top of a module, or a `functools.partial` of one. It gets the scene and
         a memory of evidence that lives for one batch, and gives numbers and text by name; the processes must be able to
-        import it. Where its code, its defaults, or functions and constants of its module that it uses have changed, the
-        file is of another sweep.
+        import it. Where its text has changed, the file is of another sweep; what it calls is not compared.
     jobs : int, optional
         Processes, by default as many as cores. Under `joblib.parallel_config(backend="dask")`, or another backend,
         batches go there instead.
@@ -446,7 +446,7 @@ def _batched(items: Iterator[Any], size: int) -> Iterator[list[Any]]:
 
 
 def _name_of(measure: Callable[..., Any]) -> str:
-    """What tells a measure from others in every process: its name, what is bound to it, and its code."""
+    """What tells a measure from others in every process: its name, what is bound to it, and its text."""
     if isinstance(measure, partial):
         bound = [*measure.args, *chain.from_iterable(sorted(measure.keywords.items()))]
         return " ".join([_name_of(measure.func), *map(_mark_of, bound)])
@@ -462,9 +462,8 @@ def _name_of(measure: Callable[..., Any]) -> str:
             "from others; define a function with a name at the top of a module, and bind what it needs by "
             "functools.partial"
         )
-    code = "\n".join(_code_of(measure, set()))
-    code += _mark_of(measure.__self__) if isinstance(measure, MethodType) else ""
-    return f"{measure.__module__}.{name} {sha256(code.encode()).hexdigest() if code else ''}".rstrip()
+    text = _source_of(measure) + (_mark_of(measure.__self__) if isinstance(measure, MethodType) else "")
+    return f"{measure.__module__}.{name} {sha256(text.encode()).hexdigest() if text else ''}".rstrip()
 
 
 def _mark_of(value: Any) -> str:
@@ -479,46 +478,14 @@ def _mark_of(value: Any) -> str:
         raise InputError(f"measure has {value!r} bound to it, which cannot be sent to processes") from None
 
 
-def _code_of(function: Any, seen: set[int]) -> Iterator[str]:
-    """The code of a function, and what it takes from around it: helpers and constants of its module, and defaults.
-
-    What this package and Python have is known by its name.
-    """
-    function = getattr(function, "__func__", function)
-    while not hasattr(function, "__code__") and hasattr(function, "__wrapped__"):
-        function = function.__wrapped__
-    if not isinstance(function, FunctionType) or id(function) in seen or function.__module__.split(".")[0] in OWN:
-        return
-    seen.add(id(function))
-    names = list[str]()
-    yield from _instructions(function.__code__, names)
-    cells = [cell.cell_contents for cell in function.__closure__ or ()]
-    used = [function.__globals__.get(name) for name in names]
-    own = [value for value in used if getattr(value, "__module__", function.__module__) == function.__module__]
-    for value in (*(function.__defaults__ or ()), *(function.__kwdefaults__ or {}).values(), *cells, *own):
-        yield from _code_of(value, seen)
-        if isinstance(value, np.ndarray):
-            yield f"{value.dtype} {value.shape} {value.tobytes().hex()}"
-        elif _is_constant(value):
-            yield repr(value)
-
-
-def _is_constant(value: Any) -> bool:
-    """Whether a value is the same wherever it is read."""
-    if isinstance(value, tuple):
-        return all(map(_is_constant, value))
-    return value is None or isinstance(value, (int, float, complex, str, bytes))
-
-
-def _instructions(code: CodeType, names: list[str]) -> Iterator[str]:
-    """What a piece of code does, without where it is written; the names that it asks for are added to a list."""
-    names += code.co_names
-    yield f"{code.co_code.hex()} {code.co_names}"
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            yield from _instructions(constant, names)
-        else:
-            yield repr(sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant)
+def _source_of(function: Callable[..., Any]) -> str:
+    """The text of a function of one's own; those of this package are known by their names."""
+    if function.__module__.split(".")[0] in OWN:
+        return ""
+    try:
+        return inspect.getsource(function)
+    except (OSError, TypeError):  # typed at a prompt, or not written in Python
+        return ""
 
 
 def _mark(values: Values) -> int:
