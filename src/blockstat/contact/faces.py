@@ -310,7 +310,9 @@ def concave_patches(
             outline = planar(assembly, np.array([face]), frame[[row]], origin[[row]], int(size[face]))[0]
             sides.append(shapely.make_valid(shapely.Polygon(outline)))
         least = width * float(assembly.size[assembly.face_block[[fa[row], fb[row]]]].min())
-        common = shapely.intersection(*sides, grid_size=max(map(grid_of, sides)))
+        common = shapely.intersection(*sides)
+        if not shapely.area(common):
+            common = shapely.intersection(*map(_polygons, sides), grid_size=max(map(grid_of, sides)))
         for part in shapely.get_parts(common):
             for own in _without_arms(part, least):
                 hull = own.convex_hull
@@ -380,7 +382,7 @@ def opened(region: Any, width: float, grid: float | None = None) -> Any:
 
     core = shapely.buffer(region, -width / 2)
     grown = shapely.buffer(core, (1 + REGROWTH) * width / 2, join_style="mitre", mitre_limit=SHARP)
-    return shapely.intersection(region, grown, grid_size=grid)
+    return _polygons(shapely.intersection(region, grown, grid_size=grid))
 
 
 def grid_of(region: Any) -> float:
@@ -435,7 +437,7 @@ def uncovered(region: Any, covers: Sequence[Floats], width: Sequence[float]) -> 
     grid = grid_of(region)
     alike = {own: shapely.union_all(parts, grid_size=grid) for own, parts in hulls.items()}
     whole = shapely.union_all(list(alike.values()), grid_size=grid)
-    left = _polygons(shapely.difference(region, whole, grid_size=grid))
+    left = _polygons(shapely.difference(_polygons(region), whole, grid_size=grid))
     strips = []
     for own, covered in alike.items():
         narrow = _polygons(shapely.difference(left, opened(left, own, grid), grid_size=grid))
