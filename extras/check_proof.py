@@ -15,6 +15,7 @@ import re
 import sys
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from fractions import Fraction as Q
+from itertools import chain
 from math import isqrt
 
 THIN = Q(1, 10**12)  # what is thinner is no solid [m]
@@ -153,21 +154,68 @@ def near(p, a, b, reach):
     return dot(off, off) <= reach**2
 
 
-def bounds(faces, face, p, reach):  # whether next to p a face has the solid behind it, and nothing before it
-    sides, areas, whole, middle, box = face
-    off = 4 * reach + sum(Q(high - low) for low, high in box) / 10**5
+def over(
+    face, q, margin
+):  # whether q, in its plane, is on a face: no nearer to its rim than a margin, or than - margin
+    *uv, _ = sorted(range(3), key=lambda k: abs(face[2][k]))
+    rim = any(near(q, a, b, abs(margin)) for a, b in face[0])
+    return not rim and inside(face[0], q, *uv) if margin > 0 else rim or inside(face[0], q, *uv)
+
+
+def foot(q, face, n):  # of a point in the plane of a face, along n
+    return tuple(round(e, 15) for e in plus(q, n, dot(face[2], plus(face[3], q, -1)) / dot(face[2], n)))
+
+
+def level(face, n):  # the face with its sides in its plane
+    return [(foot(a, face, n), foot(b, face, n)) for a, b in face[0]], *face[1:]
+
+
+def bounds(faces, face, q):  # whether at q a face has the solid behind it, and nothing before it
+    sides, areas, whole, middle, _ = face
+    *uv, k = sorted(range(3), key=lambda k: abs(whole[k]))
     for (a, b), own in zip(sides, areas):
-        if dot(own, whole) <= 0:
-            continue
-        ends = (b, middle), (middle, a), (a, b)
-        for q in (p, *(closest(p, *side) for side in ends)):
-            if near(q, p, p, off):  # x is the point of this triangle next to q, a little way in, in short numbers
-                parts = [min(max(dot(area(q, *side), own) / dot(own, own), 0), 1) for side in ends]
-                parts = [round(10**9 * part) + more for part, more in zip(parts, (300, 400, 500))]
-                x = tuple(dot(parts, e) / sum(parts) for e in zip(a, b, middle))
-                if near(x, p, p, off) and enclosed(faces, x, own) == [0, 1]:
-                    return True
+        if own[k] * whole[k] > 0 and inside([(middle, a), (a, b), (b, middle)], q, *uv):
+            x = plus(q, [axis == k for axis in range(3)], dot(own, plus(middle, q, -1)) / own[k])
+            if enclosed(faces, x, whole) == [0, 1]:
+                return True
     return False
+
+
+def steps(faces, reach):  # how far beside a point is looked, and what is on a rim: small beside the least of the faces
+    size = min(sum(Q(high - low) for low, high in face[4]) for face in faces)
+    return [(4 * reach + size / 10**5) / part for part in (1000, 30, 1)], min(reach, size / 10**7)
+
+
+def spots(p, faces, n, reach):  # points next to p that are on all of these faces, and off their rims
+    (offs, margin), faces = steps(faces, reach), [level(face, n) for face in faces]
+    ways = [plus(b, a, -1) for face in faces for a, b in face[0] if near(p, a, b, offs[-1])]
+    ways = [way for d in ways for t in (d, cross(n, d)) for way in (t, plus(t, t, -2))]
+    ways = list(
+        dict.fromkeys(tuple(Q(round(1000 * float(e) / float(dot(d, d)) ** 0.5), 1000) for e in d) for d in ways)
+    )
+    aside = (plus(p, plus(d, e), off) for off in offs for k, d in enumerate(ways) for e in ways[k:])
+    return (q for q in chain([p], aside) if all(over(face, foot(q, face, n), margin) for face in faces))
+
+
+def solid(sides, p, n, reach):  # whether next to p faces of blocks bound them
+    found = spots(p, [face for _, face in sides], n, reach)
+    return any(all(bounds(block[2], face, foot(q, face, n)) for block, face in sides) for q in found)
+
+
+def behind(
+    block, q, n, reach, sine, margin
+):  # whether all of a surface about q, which is on it but for `reach`, is behind n
+    squash, ways = margin / reach / 2 - 1 if reach else 0, []
+    for sides, _, whole, _, box in block[2]:
+        if all(Q(low) - 3 * reach <= e <= Q(high) + 3 * reach for e, (low, high) in zip(q, box)):
+            for (a, b), (_, c) in zip(sides, sides[1:] + sides[:1]):
+                x, y = (plus(e, n, squash * dot(n, plus(e, q, -1))) for e in (a, b))
+                if (end := near(q, y, y, margin)) or (near(q, x, y, margin) and not near(q, x, x, margin)):
+                    one, two = plus(b, a, -1), plus(c, b, -1) if end else plus(b, a, -1)
+                    ways += plus(a, b, -1), two
+                    if dot(one, two) >= 0 or dot(cross(one, two), whole) <= 0:  # else the corner of the face is acute
+                        ways += cross(whole, one), cross(whole, two)
+    return all(max(dot(way, n), 0) ** 2 <= 2 * sine**2 * dot(way, way) for way in ways)
 
 
 def touches(block, on, p, n, reach, sine):  # p is on a face [f], an edge [i, j] or a corner [i, i], n outward there
@@ -181,18 +229,39 @@ def touches(block, on, p, n, reach, sine):  # p is on a face [f], an edge [i, j]
         off = [dot(whole, plus(x, middle, -1)) ** 2 <= reach**2 * square for x in (p, *(a for a, _ in sides))]
         need(off[0], "a contact is off its face")
         need(all(off), "a face with a contact is not flat")
-        u, v = sorted(range(3), key=lambda k: abs(whole[k]))[:2]
-        on_it = inside(sides, p, u, v) or any(near(p, a, b, 2 * reach) for a, b in sides)
-        need(on_it, "a contact is beside its face")
-        return need(bounds(faces, faces[on[0]], p, reach), "a contact is on no solid")
-    (i, j), ends = on, {corners[k] for k in on}
-    along = plus(corners[j], corners[i], -1)
+        return need(over(faces[on[0]], p, -2 * reach), "a contact is beside its face")
+    (i, j), along = on, plus(corners[on[1]], corners[on[0]], -1)
     need((i == j or (i, j) in edges) and near(p, corners[i], corners[j], reach), "a contact is off its edge or corner")
     need(dot(along, n) ** 2 <= sine**2 * dot(along, along) * dot(n, n), "a normal is not square to its edge")
-    for away in [plus(corners[q], p, -1) for k, q in edges if k in on and q not in on]:
-        need(max(dot(away, n), 0) ** 2 <= 2 * (sine**2 * dot(away, away) + reach**2), "a block crosses its contact")
-    own = [face for face in faces if any(ends <= {a, b} for a, b in face[0])]
-    need(any(bounds(faces, face, p, reach) for face in own), "a contact is on no solid")
+
+
+def meet(blocks, on, p, n, reach, sine):  # whether blocks overlap as soon as they come nearer along n at p
+    ends = [[block[0][k] for k in place] if len(place) == 2 else [] for block, place in zip(blocks, on)]
+    own = [  # the faces at p: the one of the place, or those around the edge or the corner
+        [face for face in b[2] if any({*e} <= {*side} for side in face[0])] if e else [b[2][place[0]]]
+        for b, e, place in zip(blocks, ends, on)
+    ]
+    for block, faces in zip(blocks, own):
+        need(any(solid([(block, face)], p, face[2], reach) for face in faces), "a contact is on no solid")
+    if not any(ends):  # next to p they share more than a line
+        return need(
+            solid([(b, face) for b, (face,) in zip(blocks, own)], p, n, reach), "faces meet at their rims alone"
+        )
+    offs, margin = steps(own[0] + own[1], reach)
+    for k, out in enumerate((n, plus(n, n, -2))):
+        if ends[k]:
+            (a, b), (face, *_), more = ends[k], own[1 - k], (out, reach, sine, margin)
+            x, along = closest(p, a, b), plus(b, a, -1)
+            aside = [off / Q(float(dot(along, along)) ** 0.5) for off in offs] if a != b and not ends[1 - k] else []
+            trials = [closest(plus(x, along, t), a, b) for t in (0, *aside, *(-t for t in aside))]
+            ahead = [(q, plus(q, out, offs[0])) for q in trials if behind(blocks[k], q, *more)]
+            trials = [q for q, x in ahead if enclosed(blocks[k][2], x, out) == [0, 0]]
+            need(trials, "a block crosses its contact")
+            if ends[1 - k]:  # edges cross, each between its ends
+                need(not near(x, a, a, margin) and not near(x, b, b, margin), "an edge is met at its end")
+            else:  # it is on what fills the half-space behind a face
+                feet = [q for q in (foot(q, face, n) for q in trials) if over(level(face, n), q, -margin)]
+                need(any(behind(blocks[1 - k], q, *more) for q in feet), "a contact is on the rim of its face")
 
 
 def admits(law, n, force):  # a friction of 1e50 stands for an infinite one: its cone is within that of the other
@@ -246,6 +315,8 @@ def check(file):
         for k, place, end, sign in zip((a, b), on, (p, q), (0, -2), strict=True):
             if not tie or k in free:
                 touches(blocks[k], None if tie else place, end, plus(n, n, sign), reach, sine)
+        if not tie:
+            meet((blocks[a], blocks[b]), on, p, n, reach, sine)
         contacts.append((c, a, b, q, n))
     more, live = ([numbers(b.get(key, [0] * 6), 6) for b in data["blocks"]] for key in ("dead", "live"))
     dead = [plus(own, tuple(b[3] * x for x in g) + cross(b[4], g)) for own, b in zip(more, blocks)]

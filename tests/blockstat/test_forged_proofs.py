@@ -119,6 +119,37 @@ def edge_on_edge():
     return file([solid(lower, True), solid(upper)], contacts, {"forces": force})
 
 
+def prism(outline, long=1):
+    """A solid between y = 0 and a length, whose outline in x and z is counter-clockwise seen along y."""
+    n = len(outline)
+    sides = [[(i + 1) % n, i, i + n, (i + 1) % n + n] for i in range(n)]
+    corners = [[x, y, z] for y in (0, long) for x, z in outline]
+    return corners, [list(range(n)), list(range(2 * n - 1, n - 1, -1)), *sides]
+
+
+def beside(wall, place):
+    """A block flush with a wall with a notch, said to hang on the rim of the notch, and to be turned by nothing.
+
+    It is in front of the wall and touches it nowhere else: without friction it falls.
+    """
+    block = solid(cuboid((-0.5, -1, 0), (0.5, 0, 1)), dead=["0", "0", "0", "-5", "0", "0"])
+    hung = contact((0, 0, 0), [place, [BOTTOM]], friction="0")
+    return file([solid(prism(wall), True), block], [hung], WHOLE)
+
+
+NOTCH = [(-3, -2), (-1, -2), (-1, 0), (1, 0), (1, -2), (3, -2), (3, 3), (-3, 3)]
+ANGLE = [(-3, -2), (-2, -2), (0, 0), (2, -2), (3, -2), (3, 3), (-3, 3)]
+
+
+def at_the_rim(shape, place):
+    """A block of which the bottom ends where something ends, too, or has its tip: beside it, it falls."""
+    block = solid(CUBE, dead=["0", "0", "0", "0", "-5", "0"])
+    return file([solid(shape, True), block], [contact((0, 0.5, 0), [place, [BOTTOM]])], WHOLE)
+
+
+TIP = [[0, 0.5, 0], [-1, 0, -1], [1, 0, -1], [1, 1, -1], [-1, 1, -1]]
+PYRAMID = TIP, [[4, 3, 2, 1], [0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]]
+
 FLAT = [[8, 9, 10], [9, 11, 10], [9, 8, 11], [8, 10, 11]]  # a tetrahedron without volume
 
 FORGED = {
@@ -142,6 +173,10 @@ FORGED = {
     "a foot that is inside out": (foot_inside_out(), "inside out"),
     "less than nothing as a counterweight": (counterweight(), "inside out"),
     "a weight that counts twice": (heavier(), "in itself"),
+    "the rim of a notch": (beside(NOTCH, [2, 3]), "crosses its contact"),
+    "the corner of a notch": (beside(ANGLE, [2, 2]), "crosses its contact"),
+    "faces that share a line": (at_the_rim(cuboid((-1, 0, -1), (0, 1, 0)), [TOP]), "rims alone"),
+    "a tip on a rim": (at_the_rim(PYRAMID, [0, 0]), "rim of its face"),
     "a face that is not flat": (warped(), "not flat"),
     "an edge along an edge": (edge_on_edge(), "no normal"),
     "a tolerance below zero": (standing(distance="-1"), "tolerance"),
@@ -240,6 +275,46 @@ def test_a_bound_is_of_one_dead_load_or_more(checker, bound):
     motion = {"motion": [["0"] * 6, ["0", "0", "-1", "0", "0", "0"]], "bound": bound}
     with pytest.raises(ValueError, match="bound"):
         said(checker, file([GROUND, solid(CUBE)], [], motion))
+
+
+def test_a_tip_on_a_face_and_faces_that_overlap_are_right(checker):
+    """What is forged at a rim is right half a metre further: the block is balanced, and nothing turns it."""
+    for shape, place in ((PYRAMID, [0, 0]), (cuboid((-1, 0, -1), (1, 1, 0)), [TOP])):
+        block = solid(cuboid((-0.5, 0, 0), (0.5, 1, 1)))
+        content = file([solid(shape, True), block], [contact((0, 0.5, 0), [place, [BOTTOM]])], WHOLE)
+        assert said(checker, content)[0] == "PROVED stable"
+
+
+@pytest.mark.parametrize(
+    ("depth", "low", "high"),
+    [
+        (-3, (-0.5, -1), (0.5, 0)),
+        (-1.5, (-0.5, -1), (0.5, 0)),
+        (-3, (-0.5, -1.5), (0.5, -0.5)),
+        (-3, (-2, -1), (2, 0.1)),
+    ],
+)
+def test_a_block_on_a_face_with_a_notch_is_proved(checker, depth, low, high):
+    """The mean of the corners of the face is in the notch, or about its rim."""
+    outline = [(-3, depth), (3, depth), (3, 2), (1, 2), (1, 0), (-1, 0), (-1, 2), (-3, 2)]
+    corners, faces = prism(outline)
+    slab = Block([(x, z, y - 1) for x, y, z in corners], [face[::-1] for face in faces])
+    scene = Assembly.from_blocks([slab, box((*low, 0), (*high, 1))], supports=[0], friction=0.5)
+    assert checker.check(prove(scene).content)[0] == "PROVED stable"
+
+
+def test_blocks_whose_faces_are_divided_are_proved(checker):
+    """Each contact lies on two pieces that overlap next to it, however the faces of the blocks are divided."""
+
+    def divided(block, first):
+        turned = [[*face[first:], *face[:first]] for face in map(list, block.faces)]
+        return Block(block.vertices, [[face[0], *face[i : i + 2]] for face in turned for i in (1, 2)])
+
+    boxes = [box((-1, -1, -1), (2, 1, 0)), box((0, -1, 0), (1, 0, 1)), box((0.25, -0.5, 1), (1.25, 0, 2))]
+    for first in ((0, 1, 0), (1, 0, 1), (0, 0, 0)):
+        blocks = [divided(*pair) for pair in zip(boxes, first, strict=True)]
+        proof = prove(Assembly.from_blocks(blocks, supports=[0]))
+        assert checker.check(proof.content)[0] == "PROVED stable"
 
 
 def test_blocks_of_solids_that_touch_are_proved(checker):

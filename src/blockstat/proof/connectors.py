@@ -23,7 +23,7 @@ from blockstat.contact.point_law import last_law
 from blockstat.contact.tolerance import LOOSE
 from blockstat.errors import InputError
 from blockstat.program.ties import tie_columns, tied_pairs
-from blockstat.proof.places import LEAST, on_face
+from blockstat.proof.places import LEAST, on_faces
 from blockstat.proof.rational import Exact, exact, text, written
 from blockstat.proof.solids import Solid
 from blockstat.typing import Floats
@@ -129,7 +129,7 @@ def _bonds(problem: Problem, blocks: list[Solid]) -> list[Connector]:
     for k, centre in zip(problem.bonds, centres(interfaces, problem.bonds), strict=True):
         law, normal, (a, b) = laws[k], interfaces.frame[k, 0], interfaces.pair[k].tolist()
         assert law is not None
-        places = [on_face(blocks[block], centre[None], sign * normal) for block, sign in ((a, 1), (b, -1))]
+        places = on_faces(blocks[a], blocks[b], centre[None], normal)
         distance, sine = (max(LEAST, *(getattr(place, key) for place in places)) for key in ("distance", "sine"))
         if distance > LOOSE * min(blocks[a].size, blocks[b].size):
             names = f'"{assembly.names[a]}" and "{assembly.names[b]}"'

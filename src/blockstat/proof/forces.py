@@ -83,7 +83,7 @@ def balanced_forces(
         sizes = force @ along.astype(float) / float(along @ along)
         found = rounded(sizes, places)[:, None] * along
     left = structure.balance(found, multiplier)
-    for step in _steps(structure, slack):
+    for step in _steps(structure, slack, slippery & (along is None)):
         residual = left[step.blocks].sum(axis=0)
         if not residual.any():
             continue
@@ -148,10 +148,13 @@ def _solved(matrix: Exact, right: Exact, instead: Exact | None = None) -> Exact:
     return found
 
 
-def _steps(structure: Structure, slack: Floats) -> list[Step]:
-    """The order in which bodies hand on their residuals: the largest bodies first, and leaves of each tree first."""
+def _steps(structure: Structure, slack: Floats, slippery: np.ndarray) -> list[Step]:
+    """The order in which bodies hand on their residuals: the largest bodies first, and leaves of each tree first.
+
+    slippery : rows whose forces cannot change as others do, since nothing holds them across their normals
+    """
     fixed, n = structure.fixed, len(structure.fixed)
-    usable = np.flatnonzero((slack > 0) & ((structure.friction > 0) | (structure.shear > 0)))
+    usable = np.flatnonzero((slack > 0) & ~slippery)
     body = np.where(fixed, n, np.arange(n))
     levels: list[list[Step]] = []
     for lines in (False, True):
