@@ -254,7 +254,7 @@ def chosen_ranges(scene: Scene, names: Sequence[str] | str | None, purpose: str)
     """
     check_scene(scene)
     ranges = parameters(scene)
-    if not ranges:
+    if not ranges and not names:
         raise InputError(f'"{scene.name}" has no parameter to {purpose}; write one as {{value, min, max, step}}')
     if names is None:
         return ranges
