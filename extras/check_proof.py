@@ -6,6 +6,8 @@ force and for a `couple`; ties have neither, and are along their `ends`. PROVED 
 block exactly. PROVED unstable: the loads drive a motion that none of them resist, or none with h of the printed sum.
 Contacts and bonds are checked to lie on the surfaces of both blocks, ties to end in the boxes of blocks. Faces bound
 a block as triangles about the mean of their corners do; those of contacts are flat, within the printed distance too.
+A contact has one normal: next to it a face is on a face, or an edge or a corner on what fills the half-space behind a
+face, or edges cross between their ends.
 NOT checked: that no contact is missing, and that blocks do not overlap. The data are to be compared with one's own.
 """
 
@@ -154,12 +156,10 @@ def near(p, a, b, reach):
     return dot(off, off) <= reach**2
 
 
-def over(
-    face, q, margin
-):  # whether q, in its plane, is on a face: no nearer to its rim than a margin, or than - margin
+def over(face, q, margin):  # whether q is on a face in its plane, off its rim by a margin, or beside it by - margin
     *uv, _ = sorted(range(3), key=lambda k: abs(face[2][k]))
-    rim = any(near(q, a, b, abs(margin)) for a, b in face[0])
-    return not rim and inside(face[0], q, *uv) if margin > 0 else rim or inside(face[0], q, *uv)
+    within, rim = inside(face[0], q, *uv), (near(q, a, b, abs(margin)) for a, b in face[0])
+    return within and not any(rim) if margin > 0 else within or any(rim)
 
 
 def foot(q, face, n):  # of a point in the plane of a face, along n
@@ -170,25 +170,27 @@ def level(face, n):  # the face with its sides in its plane
     return [(foot(a, face, n), foot(b, face, n)) for a, b in face[0]], *face[1:]
 
 
-def bounds(faces, face, q):  # whether at q a face has the solid behind it, and nothing before it
+def bounds(faces, face, q, n):  # whether over q, seen along n, a face has the solid behind it, and nothing before it
     sides, areas, whole, middle, _ = face
-    *uv, k = sorted(range(3), key=lambda k: abs(whole[k]))
+    *uv, _ = sorted(range(3), key=lambda k: abs(whole[k]))
     for (a, b), own in zip(sides, areas):
-        if own[k] * whole[k] > 0 and inside([(middle, a), (a, b), (b, middle)], q, *uv):
-            x = plus(q, [axis == k for axis in range(3)], dot(own, plus(middle, q, -1)) / own[k])
-            if enclosed(faces, x, whole) == [0, 1]:
+        if dot(own, whole) > 0 and dot(own, n):
+            x = plus(q, n, dot(own, plus(middle, q, -1)) / dot(own, n))
+            if inside([(middle, a), (a, b), (b, middle)], x, *uv) and enclosed(faces, x, whole) == [0, 1]:
                 return True
     return False
 
 
 def steps(faces, reach):  # how far beside a point is looked, and what is on a rim: small beside the least of the faces
     size = min(sum(Q(high - low) for low, high in face[4]) for face in faces)
-    return [(4 * reach + size / 10**5) / part for part in (1000, 30, 1)], min(reach, size / 10**7)
+    return [(4 * reach + size / 10**5) / part for part in (1000, 30, 1, 10**5)], min(
+        max(reach, size / 10**12), size / 10**7
+    )
 
 
 def spots(p, faces, n, reach):  # points next to p that are on all of these faces, and off their rims
     (offs, margin), faces = steps(faces, reach), [level(face, n) for face in faces]
-    ways = [plus(b, a, -1) for face in faces for a, b in face[0] if near(p, a, b, offs[-1])]
+    ways = [plus(b, a, -1) for face in faces for a, b in face[0] if near(p, a, b, max(offs))]
     ways = [way for d in ways for t in (d, cross(n, d)) for way in (t, plus(t, t, -2))]
     ways = list(
         dict.fromkeys(tuple(Q(round(1000 * float(e) / float(dot(d, d)) ** 0.5), 1000) for e in d) for d in ways)
@@ -199,13 +201,11 @@ def spots(p, faces, n, reach):  # points next to p that are on all of these face
 
 def solid(sides, p, n, reach):  # whether next to p faces of blocks bound them
     found = spots(p, [face for _, face in sides], n, reach)
-    return any(all(bounds(block[2], face, foot(q, face, n)) for block, face in sides) for q in found)
+    return any(all(bounds(block[2], face, foot(q, face, n), n) for block, face in sides) for q in found)
 
 
-def behind(
-    block, q, n, reach, sine, margin
-):  # whether all of a surface about q, which is on it but for `reach`, is behind n
-    squash, ways = margin / reach / 2 - 1 if reach else 0, []
+def behind(block, q, n, reach, sine, margin):  # whether all of a surface near q, `reach` along n, is behind n
+    squash, ways = min(margin / reach / 2 - 1, 0) if reach else 0, []
     for sides, _, whole, _, box in block[2]:
         if all(Q(low) - 3 * reach <= e <= Q(high) + 3 * reach for e, (low, high) in zip(q, box)):
             for (a, b), (_, c) in zip(sides, sides[1:] + sides[:1]):
@@ -241,12 +241,11 @@ def meet(blocks, on, p, n, reach, sine):  # whether blocks overlap as soon as th
         [face for face in b[2] if any({*e} <= {*side} for side in face[0])] if e else [b[2][place[0]]]
         for b, e, place in zip(blocks, ends, on)
     ]
+    if not any(ends) and solid([(b, face) for b, (face,) in zip(blocks, own)], p, n, reach):
+        return  # next to p they share more than a line
     for block, faces in zip(blocks, own):
         need(any(solid([(block, face)], p, face[2], reach) for face in faces), "a contact is on no solid")
-    if not any(ends):  # next to p they share more than a line
-        return need(
-            solid([(b, face) for b, (face,) in zip(blocks, own)], p, n, reach), "faces meet at their rims alone"
-        )
+    need(any(ends), "faces meet at their rims alone")
     offs, margin = steps(own[0] + own[1], reach)
     for k, out in enumerate((n, plus(n, n, -2))):
         if ends[k]:

@@ -141,10 +141,10 @@ NOTCH = [(-3, -2), (-1, -2), (-1, 0), (1, 0), (1, -2), (3, -2), (3, 3), (-3, 3)]
 ANGLE = [(-3, -2), (-2, -2), (0, 0), (2, -2), (3, -2), (3, 3), (-3, 3)]
 
 
-def at_the_rim(shape, place):
+def at_the_rim(shape, place, **more):
     """A block of which the bottom ends where something ends, too, or has its tip: beside it, it falls."""
     block = solid(CUBE, dead=["0", "0", "0", "0", "-5", "0"])
-    return file([solid(shape, True), block], [contact((0, 0.5, 0), [place, [BOTTOM]])], WHOLE)
+    return file([solid(shape, True), block], [contact((0, 0.5, 0), [place, [BOTTOM]])], WHOLE, **more)
 
 
 TIP = [[0, 0.5, 0], [-1, 0, -1], [1, 0, -1], [1, 1, -1], [-1, 1, -1]]
@@ -176,6 +176,7 @@ FORGED = {
     "the rim of a notch": (beside(NOTCH, [2, 3]), "crosses its contact"),
     "the corner of a notch": (beside(ANGLE, [2, 2]), "crosses its contact"),
     "faces that share a line": (at_the_rim(cuboid((-1, 0, -1), (0, 1, 0)), [TOP]), "rims alone"),
+    "faces that share a line exactly": (at_the_rim(cuboid((-1, 0, -1), (0, 1, 0)), [TOP], distance="0"), "rims alone"),
     "a tip on a rim": (at_the_rim(PYRAMID, [0, 0]), "rim of its face"),
     "a face that is not flat": (warped(), "not flat"),
     "an edge along an edge": (edge_on_edge(), "no normal"),

@@ -101,7 +101,7 @@ def cube_by_hand(force="2.4525", **contact):
 
 def test_the_checker_is_short_and_reads_nothing_of_ours(script):
     source = script.read_text()
-    assert len(source.splitlines()) < 360
+    assert len(source.splitlines()) < 400
     names = {
         alias.name if isinstance(node, ast.Import) else node.module
         for node in ast.walk(ast.parse(source))

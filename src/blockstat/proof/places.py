@@ -20,7 +20,7 @@ ALIKE = 1e-9
 ASIDE, AROUND = 1e-6, 48
 #: Where no two faces that fit overlap there, as where those of a rough block are taken for one, others are looked for:
 #: next to it or that far away, and worse by a share of the block or a sine.
-FURTHER, BROAD = (1e-4, 1e-3), 0.1
+FURTHER, BROAD = (1e-4, 1e-3, 4e-3), 0.1
 ENOUGH = 12  #: of all points that are tried so many lie on both faces, or there may be a better pair
 
 
@@ -101,13 +101,14 @@ def on_faces(one: Solid, other: Solid, points: Floats, normal: Floats) -> list[P
     met = np.zeros(len(points), dtype=bool)
     for f, g in {(f, g) for (f,), (g,) in zip(found[0].on, found[1].on, strict=True)}:
         own = np.array([on == ([f], [g]) for on in zip(found[0].on, found[1].on, strict=True)])
-        met[own] = (_over(one, f, points[own], ring) & _over(other, g, points[own], ring)).sum(axis=1) >= ENOUGH
+        both = _over(one, f, points[own], ring, normal) & _over(other, g, points[own], ring, normal)
+        met[own] = both.sum(axis=1) >= ENOUGH
     for i in np.flatnonzero(~met):
         place = points[i : i + 1]
         facing, _, score = zip(*(_scores(block, place, out, BROAD) for block, out in sides), strict=True)
         near = [np.flatnonzero(own[0] <= own.min() + BROAD) for own in score]
         above = [
-            np.array([_over(block, int(facing[k][f]), place, ring)[0] for f in near[k]], dtype=np.int64)
+            np.array([_over(block, int(facing[k][f]), place, ring, normal)[0] for f in near[k]], dtype=np.int64)
             for k, block in enumerate((one, other))
         ]
         fit = score[0][0][near[0]][:, None] + score[1][0][near[1]]
@@ -154,10 +155,13 @@ def _fitted(block: Solid, on: list[list[int]], points: Floats, normal: Floats) -
     return Places(on, float(off.max()), float(sine.max()))
 
 
-def _over(block: Solid, face: int, points: Floats, ring: Floats) -> np.ndarray:
-    """Whether points beside others are over a face, shape (n_points, n_ring)."""
+def _over(block: Solid, face: int, points: Floats, ring: Floats, normal: Floats) -> np.ndarray:
+    """Whether points beside others, seen along a normal, are on a face, shape (n_points, n_ring)."""
     around = (points[:, None] + ring).reshape(-1, 3)
-    return _inside(block.corners[block.faces[face]], block.normals[face], around).reshape(len(points), -1)
+    corners, unit = block.corners[block.faces[face]], block.normals[face]
+    height = (around - corners.mean(axis=0)) @ unit
+    on = around - (height / (unit @ normal or 1.0))[:, None] * normal
+    return _inside(corners, unit, on).reshape(len(points), -1)
 
 
 def _scores(block: Solid, points: Floats, normal: Floats, slack: float = ALIKE) -> tuple[Ints, Floats, Floats]:
