@@ -97,8 +97,10 @@ def test_without_bullet_no_search_begins(tmp_path, monkeypatch):
 def test_a_corrected_scene_takes_the_directory_of_one_that_could_not_be_built(tmp_path):
     wrong = json.loads(json.dumps(ARCHES))
     wrong["elements"]["arch"]["at"] = [0, 0, -0.3]  # into the ground
-    with pytest.raises(InputError, match="into the ground"):
-        optimise(scene_from(wrong), tmp_path, names=["parameters.t"], settings=FAST, jobs=1)
+    failed, report = optimise(scene_from(wrong), tmp_path, names=["parameters.t"], settings=FAST, jobs=1)
+    assert failed.outcome.word == "failed"
+    assert "into the ground" in failed.explain()
+    assert report.is_file()
     assert len((tmp_path / "history.csv").read_text().splitlines()) > 1
     found, _ = optimise(scene_from(ARCHES), tmp_path, names=["parameters.t"], settings=FAST, jobs=1)
     assert found.best_parameters is not None
