@@ -14,14 +14,7 @@ if TYPE_CHECKING:
     from blockstat.analysis.certificate_cache import Memory
     from blockstat.analysis.coulomb import CoulombState
     from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
-    from blockstat.analysis.thrust import (
-        DomainOutcome,
-        LoadDomain,
-        ThrustOutcome,
-        ThrustRange,
-        load_domain,
-        thrust_range,
-    )
+    from blockstat.analysis.thrust import ThrustOutcome, ThrustRange, thrust_range
     from blockstat.analysis.tilt_friction import Bracket, BracketOutcome, friction_limit, tilt_limit
     from blockstat.analysis.verdict import Outcome, Verdict
     from blockstat.assembly import Assembly, Block, glued
@@ -101,6 +94,7 @@ if TYPE_CHECKING:
     from blockstat.studies.directions import DirectionalLimits, DirectionOutcome, limit_load_by_direction
     from blockstat.studies.foundations import Crack, Foundation, Settlement, SettlementOutcome, settle, settlement
     from blockstat.studies.settling_path import PathOutcome, SettlementPath, settle_to_collapse
+    from blockstat.studies.two_loads import DomainOutcome, LoadDomain, load_domain
     from blockstat.traffic.envelope import MovingLoad, MovingOutcome, moving_load
     from blockstat.view.animation import write_mechanism, write_motion
     from blockstat.view.assessment import Assessment, assess_fully, assessment_html
@@ -164,7 +158,7 @@ _HOMES = {
         "analysis.certificate_cache": "Memory",
         "analysis.coulomb": "CoulombState",
         "analysis.limit_load": "LimitLoad LoadOutcome limit_load",
-        "analysis.thrust": "DomainOutcome LoadDomain ThrustOutcome ThrustRange load_domain thrust_range",
+        "analysis.thrust": "ThrustOutcome ThrustRange thrust_range",
         "analysis.tilt_friction": "Bracket BracketOutcome friction_limit tilt_limit",
         "analysis.verdict": "Outcome Verdict",
         "assembly": "Assembly Block glued",
@@ -219,6 +213,7 @@ _HOMES = {
         "sequence.states": "assess_states",
         "spec": "Building Composition Range Scene build load_scene parameters read scene_from with_values",
         "studies.directions": "DirectionOutcome DirectionalLimits limit_load_by_direction",
+        "studies.two_loads": "DomainOutcome LoadDomain load_domain",
         "studies.foundations": "Crack Foundation Settlement SettlementOutcome settle settlement",
         "view.animation": "write_mechanism write_motion",
         "view.assessment": "Assessment assess_fully assessment_html",

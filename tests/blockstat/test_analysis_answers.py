@@ -42,7 +42,7 @@ from blockstat.analysis.decision import (
 )
 from blockstat.analysis.limit_load import DILATES, UNBOUNDED, LimitLoad, _beyond_bounds, bracket
 from blockstat.analysis.problem import pose
-from blockstat.analysis.thrust import LoadDomain, ThrustRange, admissible, support_indices
+from blockstat.analysis.thrust import ThrustRange, admissible, support_indices
 from blockstat.analysis.tilt_friction import Bracket, BracketOutcome
 from blockstat.certificate.bracket import ROUNDING
 from blockstat.certificate.bracket import Bracket as LimitBracket
@@ -50,6 +50,7 @@ from blockstat.certificate.check import FORCE_LIMIT, FORCE_TOLERANCE, WORK_ROUND
 from blockstat.program.penalty import as_strong_as_the_weight
 from blockstat.solve.answer import Status
 from blockstat.solve.penalty import solve_penalty
+from blockstat.studies.two_loads import LoadDomain
 from evidence.scenes.small import assembly, box, running_bond
 
 GROUND = box((-9, -9, -1), (9, 9, 0), name="ground")

@@ -16,6 +16,7 @@ from blockstat.io.compas import read as compas_read
 from blockstat.io.compas import write as compas_write
 from blockstat.loading import faces, ground, on_faces
 from blockstat.solve.penalty import solve_penalty
+from blockstat.studies import two_loads
 from evidence.scenes.small import assembly, box, stack
 
 POSE = {"friction": None, "gravity": None, "loads": None, "gap": 0.01, "interfaces": None}
@@ -86,7 +87,7 @@ ROOMS = {
     "limits": (
         pushed,
         [limit_load.limit_load, limit_load.bracket, limit_load.LimitLoad.joints, thrust.thrust_range,
-         thrust.load_domain, thrust.standing, tilt_friction.tilt_limit, tilt_friction.friction_limit,
+         two_loads.load_domain, thrust.standing, tilt_friction.tilt_limit, tilt_friction.friction_limit,
          verdict.motion_words, verdict.first_words],
     ),
     "loads": (

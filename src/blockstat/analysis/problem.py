@@ -14,8 +14,8 @@ import numpy as np
 from blockstat.assembly import check_supports
 from blockstat.certificate.interior_motions import expansions
 from blockstat.contact.cells import refine
-from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
-from blockstat.contact.overlap.penetration import check_copies, check_overlaps
+from blockstat.contact.interfaces import Interfaces
+from blockstat.contact.overlap.searched import searched_joints
 from blockstat.contact.point_law import joint_friction, keeps_friction, kept_friction, last_law, point_law
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
@@ -289,11 +289,8 @@ def pose(
     undivided = overlapping = None
     with timed(timings, "interfaces"):
         if interfaces is None:
-            check_copies(assembly)
-            near = near_blocks(assembly, gap=gap)
-            overlapping, told = check_overlaps(assembly, gap=gap, near=near)
+            interfaces, overlapping, told = searched_joints(assembly, gap)
             warnings += told
-            interfaces = find_interfaces(assembly, gap=gap, near=near)
         given = interfaces
         warnings += unheeded(assembly, given) if friction is not None else []
         if assembly.joints:

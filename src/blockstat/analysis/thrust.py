@@ -1,4 +1,4 @@
-"""Least and greatest thrust on supports, and domains of two loads: linear programs over forces."""
+"""Least and greatest thrust on supports: conic programs over the forces that an assembly admits."""
 
 from __future__ import annotations
 
@@ -9,17 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.decision import ASSUMED_FORCE, SHARES, decide, outcome_of
-from blockstat.analysis.limit_load import UNBOUNDED, LoadOutcome, limit_load
+from blockstat.analysis.limit_load import UNBOUNDED
 from blockstat.analysis.problem import Problem, crushes, pose
 from blockstat.analysis.rims import overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, unit_motion
 from blockstat.certificate import check as certificate
 from blockstat.certificate.check import FORCE_LIMIT
 from blockstat.certificate.functional_bound import value_bound
-from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces, near_blocks
-from blockstat.contact.overlap.penetration import check_copies, check_overlaps, overlaps
-from blockstat.errors import InputError, check_choice, check_count, check_vector, known_options
-from blockstat.loads import as_load
+from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.overlap.penetration import overlaps
+from blockstat.errors import InputError, check_choice, check_vector, known_options
 from blockstat.program.conic import conic_program
 from blockstat.program.ties import bearing_ties, tie_wrenches
 from blockstat.result import Result, Sentence, finite
@@ -33,8 +32,6 @@ if TYPE_CHECKING:
     from blockstat.program.equilibrium import Columns
     from blockstat.program.penalty import PenaltyProgram
 
-#: Two loads whose cosine is nearer to one than this are one load.
-PARALLEL = 1e-9
 #: An extreme is proven when what is proven not to be exceeded lies no further from it than this, relative to it or to
 #: the weight.
 SHARP = 1e-5
@@ -58,12 +55,6 @@ class ThrustOutcome(Sentence):
     NO_LEAST = "No least: self-stress can lower the thrust without end; the greatest value is proven."
     NO_ENDS = "No ends: self-stress can raise the thrust without end, and lower it."
     UNDECIDED = "Undecided: a proven force field carries each value told, but thrusts beyond them are not excluded."
-
-
-class DomainOutcome(Sentence):
-    """The answer of `load_domain`; the value is the sentence a user reads."""
-
-    BOUNDED = "Bounded: every pair of multipliers in the inner polygon is carried, none outside the outer one."
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,54 +109,6 @@ class ThrustRange(Result):
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
             "contacts": self.interfaces.contacts,
-            "warnings": list(self.warnings),
-        }
-
-
-@dataclass(frozen=True, eq=False)
-class LoadDomain(Result):
-    """Pairs of multipliers (x, y) of two loads that are carried: between two polygons."""
-
-    inner: Floats  #: shape (n, 2), proven by force fields, counter-clockwise
-    outer: Floats  #: shape (n, 3), rows (a, b, c) of half-planes a x + b y <= c, proven by mechanisms
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def outcome(self) -> DomainOutcome:
-        """The domain is bounded; `load_domain` refuses others."""
-        return DomainOutcome.BOUNDED
-
-    def explain(self) -> str:
-        """Return the answer and its evidence in words, one fact a line.
-
-        Returns
-        -------
-        str
-            One fact a line.
-        """
-        (x0, y0), (x1, y1) = self.inner.min(axis=0), self.inner.max(axis=0)
-        return "\n".join(
-            [
-                self.outcome.value,
-                f"Inner polygon: {len(self.inner)} corners, x from {x0:.6g} to {x1:.6g}, y from {y0:.6g} to {y1:.6g}.",
-                f"Outer polygon: {len(self.outer)} half-planes.",
-                *(f"Warning: {text}" for text in self.warnings),
-            ]
-        )
-
-    def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON.
-
-        Returns
-        -------
-        dict
-            Values by name.
-        """
-        return {
-            "outcome": self.outcome.word,
-            "sentence": self.outcome.value,
-            "inner": self.inner.tolist(),
-            "outer": self.outer.tolist(),
             "warnings": list(self.warnings),
         }
 
@@ -256,119 +199,6 @@ def thrust_range(
         assembly=problem.assembly,
         warnings=tuple(dict.fromkeys([*problem.warnings, *least.doubts, *greatest.doubts])),
     )
-
-
-@known_options
-def load_domain(
-    assembly: Assembly,
-    one: Any,
-    two: Any,
-    *,
-    directions: int = 32,
-    friction: float | None = None,
-    gravity: Any = None,
-    loads: Floats | None = None,
-    gap: float | str = GAP,
-    interfaces: Interfaces | None = None,
-    solver: str = "auto",
-) -> LoadDomain:
-    """Find the pairs of multipliers of two loads that an assembly carries, along rays from the dead load.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        The blocks; they must stand.
-    one, two : array_like
-        The two loads, each as in `blockstat.limit_load`.
-    directions : int, optional
-        Number of rays, evenly spread; at least 3.
-    friction, gravity, loads, gap, interfaces, solver
-        As in `blockstat.assess`.
-
-    Returns
-    -------
-    LoadDomain
-        A polygon inside the domain and one around it.
-
-    Raises
-    ------
-    InputError
-        When the assembly does not stand, carries a combination without end, when the two loads are one, or for an
-        option that does not exist.
-
-    Notes
-    -----
-    Every ray is a limit analysis. Its force field is a corner of the inner polygon, its mechanism a half-plane of the
-    outer one; the domain is convex because the friction is associated.
-
-    Examples
-    --------
-    A pillar of 0.5 x 0.5 x 2 m tips at a quarter of its weight, to either side.
-
-    >>> import numpy as np
-    >>> from blockstat import Assembly, box, load_domain
-    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
-    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
-    >>> found = load_domain(pillar, (1, 0, 0), (0, 1, 0), directions=4)
-    >>> found.outcome.word, np.abs(found.inner).max().round(4).item()
-    ('bounded', 0.25)
-    """
-    assembly = assembly if gravity is None else assembly.with_(gravity=gravity)
-    first, second = as_load(assembly, one), as_load(assembly, two)
-    shared, told = shared_joints(assembly, gap, interfaces)
-    check_count("directions", directions, least=3)
-    free, other = (load[assembly.free] for load in (first, second))
-    cosine = float((free * other).sum() / np.sqrt((free**2).sum() * (other**2).sum()))
-    if abs(cosine) > 1 - PARALLEL:
-        raise InputError("the two loads are the same but for their size; they span no domain")
-    inner, outer = [], []
-    for angle in np.linspace(0, 2 * np.pi, directions, endpoint=False):
-        x, y = np.cos(angle), np.sin(angle)
-        limit = limit_load(
-            assembly, x * first + y * second,
-            friction=friction, loads=loads, gap=gap, interfaces=shared, solver=solver, optimum=True,
-        )  # fmt: skip
-        if limit.outcome is not LoadOutcome.LIMIT:
-            raise InputError(f"along ({x:.3g}, {y:.3g}): {limit.outcome.value}")
-        told = (*told, *limit.warnings)
-        inner.append((limit.lower * x, limit.lower * y))
-        a, b = (float((load * limit.mechanism).sum()) for load in (first, second))
-        outer.append((a, b, limit.upper * (a * x + b * y)))
-    return LoadDomain(np.array(inner), np.array(outer), tuple(dict.fromkeys(told)))
-
-
-def shared_joints(
-    assembly: Assembly, gap: float | str, interfaces: Interfaces | None
-) -> tuple[Interfaces, tuple[str, ...]]:
-    """Return the joints that several problems of an assembly share.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        The blocks.
-    gap : float or str
-        As in `blockstat.assess`.
-    interfaces : Interfaces or None
-        These joints, if they are given.
-
-    Returns
-    -------
-    interfaces : Interfaces
-        The joints.
-    warnings : tuple of str
-        Of blocks that overlap; none where the joints are given.
-
-    Raises
-    ------
-    InputError
-        When blocks overlap deeply, and no joints are given.
-    """
-    if interfaces is not None:
-        return interfaces, ()
-    check_copies(assembly)
-    near = near_blocks(assembly, gap=gap)
-    _, told = check_overlaps(assembly, gap=gap, near=near)
-    return find_interfaces(assembly, gap=gap, near=near), tuple(told)
 
 
 def standing(

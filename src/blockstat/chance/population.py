@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.thrust import shared_joints
 from blockstat.chance.variables import OF_JOINTS, Random, as_strong_as, blocks_of, checked, random_variables
 from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.overlap.searched import searched_joints
 from blockstat.contact.point_law import kept_by, least_friction
 from blockstat.errors import InputError
 from blockstat.imperfection.lost_edges import check_edges, without_edges
@@ -341,8 +341,8 @@ def population_of(
         load, uncertain = direction, as_strong_as(uncertain, float(np.linalg.norm(direction)))
     if "push" in uncertain and load is None:
         raise InputError('uncertain "push" is a factor on load=, which is not given')
-    faces, _ = shared_joints(assembly, gap, interfaces)
-    return Population(assembly, faces, loads, uncertain, gap), load
+    joints = searched_joints(assembly, gap)[0] if interfaces is None else interfaces
+    return Population(assembly, joints, loads, uncertain, gap), load
 
 
 def _dense(label: Ints) -> Ints:

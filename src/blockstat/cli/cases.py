@@ -549,9 +549,9 @@ def case_answers(assembly: Assembly, cases: dict[str, LoadCase], *, gap: float |
     """
     from blockstat.analysis.assess import assess
     from blockstat.analysis.limit_load import limit_load
-    from blockstat.analysis.thrust import shared_joints
+    from blockstat.contact.overlap.searched import searched_joints
 
-    options: dict[str, Any] = {"gap": gap, "interfaces": shared_joints(assembly, gap, None)[0]}
+    options: dict[str, Any] = {"gap": gap, "interfaces": searched_joints(assembly, gap)[0]}
     for name, case in cases.items():
         verdict = assess(assembly, loads=case.loads, **options)
         row: dict[str, Any] = {"case": name, "verdict": verdict.outcome.word, "lower": None, "upper": None}

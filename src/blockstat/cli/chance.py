@@ -100,17 +100,16 @@ def reliability_command(
     as_json: AsJson = False,
 ) -> None:
     """Estimate the probability that an assembly falls when friction, joints, weights and loads are random."""
-    from blockstat.analysis.thrust import shared_joints
     from blockstat.chance.first_order import first_order as design_point
     from blockstat.chance.monte_carlo import reliability
+    from blockstat.contact.overlap.searched import searched_joints
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
     chosen = chosen_case(assembly, file, case, loads, gap=near, tilt=tilt)
     scene = None if uncertain else file  # where the random variables come from
     random, direction = _of_scene(scene, lambda: _chosen(file, assembly, uncertain, load))
-    joints, _ = shared_joints(assembly, near, None)
-    options: dict[str, Any] = {"load": direction, "gap": near, "interfaces": joints}
+    options: dict[str, Any] = {"load": direction, "gap": near, "interfaces": searched_joints(assembly, near)[0]}
     options["loads"] = None if chosen is None else chosen.weighted_loads
     if first_order and direction is None:
         raise InputError("--first-order asks when a load is not carried; give it by --load AX,AY,AZ")

@@ -25,8 +25,9 @@ from blockstat.analysis.problem import Problem, pose, unheeded
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.assembly import check_supports
 from blockstat.certificate import check as certificate
-from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces, near_blocks
-from blockstat.contact.overlap.penetration import check_copies, check_overlaps, overlaps
+from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.overlap.penetration import overlaps
+from blockstat.contact.overlap.searched import searched_joints
 from blockstat.contact.point_law import joint_friction
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from blockstat.errors import InputError, InputWarning, check_choice, check_names, known_options, no_such
@@ -152,10 +153,9 @@ class Whole:
         if assembly.ties:
             raise InputError(f'"{assembly.name}" has ties; sequences are judged without ties')
         if interfaces is None:
-            check_copies(assembly)
-            near = near_blocks(assembly, gap=gap)
-            check_overlaps(assembly, gap=gap, near=near)
-            interfaces = find_interfaces(assembly, gap=gap, near=near)
+            interfaces, overlapping, _ = searched_joints(assembly, gap)
+        else:
+            overlapping, _ = overlaps(assembly, gap=gap)
         if friction is not None:
             interfaces = replace(interfaces, friction=None)
             for text in unheeded(assembly, interfaces):
@@ -165,7 +165,7 @@ class Whole:
         everything = np.arange(assembly.n_blocks), np.arange(interfaces.n_points)
         self._columns = equilibrium(assembly, interfaces, self.load, *everything)
         self._friction = joint_friction(assembly, interfaces)[interfaces.point_interface]
-        self._overlapping = overlaps(assembly, gap=gap)[0]
+        self._overlapping = overlapping
         self._number = {name: k for k, name in enumerate(assembly.names)}
         self.evidence = Evidence(assembly.n_blocks, interfaces.n_points)
         self.searching = 0.0  #: process time of searches for contacts since then [s]

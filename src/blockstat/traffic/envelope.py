@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.limit_load import limit_load
-from blockstat.analysis.thrust import shared_joints, standing
+from blockstat.analysis.thrust import standing
 from blockstat.analysis.verdict import unit_motion
 from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.overlap.searched import searched_joints
 from blockstat.errors import InputError, check_number, known_options
 from blockstat.loading.faces import selected
 from blockstat.loading.on_faces import facing
@@ -198,13 +199,15 @@ def moving_load(
     for name, value in (("spread", 0.0 if spread is None else spread), ("footprint", footprint)):
         if not (np.isfinite(numbers(value)) & (numbers(value) >= 0)).all():
             raise InputError(f"{name} is {value!r}; it must be at least 0")
-    shared, told = shared_joints(assembly, gap, interfaces)
+    told: tuple[str, ...] = ()
+    if interfaces is None:
+        interfaces, _, told = searched_joints(assembly, gap)
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap}
-    problem, inside = standing(assembly, solver=solver, interfaces=shared, **options)
+    problem, inside = standing(assembly, solver=solver, interfaces=interfaces, **options)
     some = "only the places listed were looked at; between them the train may be carried less"
     left_out = (some,) if spread is not None or not joints else ()
     problem = replace(problem, warnings=(*told, *problem.warnings, *left_out))
-    faces = facing(problem.assembly, selected(assembly, None, group), up_of(problem.assembly), shared)
+    faces = facing(problem.assembly, selected(assembly, None, group), up_of(problem.assembly), interfaces)
     road = road_along(problem.assembly, path, faces, spread=spread)
     place, side, joint = places_of(road, train, positions, joints, spread=spread)
     which = np.where(joint, side, 0)
@@ -212,7 +215,7 @@ def moving_load(
     if spread is None:
         place, side, wrenches = with_other_lane(road, train, place, side, joint, wrenches)
     problem = replace(problem, warnings=(*problem.warnings, *unloaded_warnings(road, train, wrenches)))
-    given: dict[str, Any] = {"loads": loads, "gap": gap, "interfaces": shared}
+    given: dict[str, Any] = {"loads": loads, "gap": gap, "interfaces": interfaces}
     judge = partial(limit_load, problem.assembly, **given, solver=solver, tolerance=FINER * tolerance)
     stand = partial(standing, problem.assembly, **options | {"friction": None, "gravity": None}, solver=solver)
     search = PlaceBrackets(problem, inside, wrenches, place, solver, tolerance, judge, stand)
