@@ -74,6 +74,31 @@ class Patches:
             self.corner[corner], count, self.overlap[rows],
         )  # fmt: skip
 
+    def in_space(self) -> Floats:
+        """Return the corners of all polygons as points.
+
+        Returns
+        -------
+        array of float, shape (n_corners, 3)
+            One after the other [m].
+        """
+        along = np.repeat(self.frame[:, 1:], self.count, axis=0)
+        return np.repeat(self.origin, self.count, axis=0) + np.einsum("nk,nkj->nj", self.corner, along)
+
+    def boxes(self) -> tuple[Floats, Floats]:
+        """Return the bounding boxes of the polygons.
+
+        Returns
+        -------
+        lower, upper : array of float, shape (n, 3)
+            Their corners [m].
+        """
+        corner = self.in_space()
+        if not len(corner):
+            return corner, corner
+        first = np.cumsum(self.count) - self.count
+        return np.minimum.reduceat(corner, first), np.maximum.reduceat(corner, first)
+
     def columns(self) -> tuple[Floats | Ints, ...]:
         """Return the arrays in their order.
 

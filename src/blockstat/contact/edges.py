@@ -27,6 +27,8 @@ CONVEX = 1e-6
 #: The plane of a patch is that of both faces when the patch is no more open than rounding and no narrower than this,
 #: both relative to the smaller block: then both blocks lie on their sides of it to a thousandth.
 PLAIN = 1e-3
+#: Vertices of a block that are asked before all are.
+SOME = 50
 
 
 def edge_contacts(
@@ -106,7 +108,9 @@ def _candidates(assembly: Assembly, patches: Patches, near: Ints, tolerances: To
     if len(rows := np.flatnonzero(both[place] & ~apart[place])):
         pair = place[rows]
         apart[pair[_divides(assembly, patches.take(rows), reach[pair])]] = True
-    if len(rows := np.flatnonzero(~both[place] & plain)):
+    rows = np.flatnonzero(~both[place] & plain)
+    rows = rows[~_crossed(assembly, patches.take(rows), rounding[place[rows]])]
+    if len(rows):
         pair = place[rows]
         no_normal[pair[_flush(assembly, patches.take(rows), reach[pair], rounding[pair])]] = True
     return near[~apart & ~no_normal], near[~apart]
@@ -139,6 +143,18 @@ def _divides(assembly: Assembly, patches: Patches, reach: Floats) -> np.ndarray:
         row, vertex = members(assembly.vertex_start[block], np.diff(assembly.vertex_start)[block])
         beside[row[sign * _heights(assembly, patches, row, vertex) > reach[row]]] = False
     return beside
+
+
+def _crossed(assembly: Assembly, patches: Patches, rounding: Floats) -> np.ndarray:
+    """Whether one of a few vertices of a block lies beyond the plane of a patch: of fine meshes mostly one does."""
+    crossed = np.zeros(len(rounding), dtype=bool)
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        block = patches.pair[:, side]
+        n = np.diff(assembly.vertex_start)[block]
+        row, place = members(np.zeros_like(n), np.minimum(n, SOME))
+        vertex = assembly.vertex_start[block[row]] + place * n[row] // np.minimum(n[row], SOME)
+        crossed[row[sign * _heights(assembly, patches, row, vertex) > rounding[row]]] = True
+    return crossed
 
 
 def _flush(assembly: Assembly, patches: Patches, reach: Floats, rounding: Floats) -> np.ndarray:

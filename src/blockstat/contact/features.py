@@ -33,6 +33,7 @@ from blockstat.contact.faces import (
     wedges,
 )
 from blockstat.contact.tolerance import FLATNESS, ROUNDING
+from blockstat.geometry.broad_phase import row_pairs
 from blockstat.geometry.polyhedron import Polyhedra, members
 from blockstat.geometry.topology import Topology, least_lean, over_faces
 from blockstat.surface.facets import FLAT
@@ -182,14 +183,12 @@ def on_faces(search: Search, side: int, steepest: float) -> tuple[Features, Feat
     """
     assembly, topo = search.assembly, search.topology
     start = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
-    faces = _near(search, side, start, *search.assembly.face_bounds)
+    faces = start, *assembly.face_bounds
     one, two = assembly.vertices[topo.edge[:, 0]], assembly.vertices[topo.edge[:, 1]]
-    boxes = np.minimum(one, two), np.maximum(one, two)
-    edges = _product(len(search.pairs), *faces, *_near(search, 1 - side, topo.edge_start, *boxes))
     spot = assembly.vertices[topo.corner]
-    corners = _product(len(search.pairs), *faces, *_near(search, 1 - side, topo.corner_start, spot, spot))
-    lines = _edges_on(search, side, *_beside(search, *edges, boxes), steepest)
-    return lines, _corners_on(search, side, *_beside(search, *corners, (spot, spot)))
+    edges = _meeting(search, side, faces, (topo.edge_start, np.minimum(one, two), np.maximum(one, two)))
+    lines = _edges_on(search, side, *edges, steepest)
+    return lines, _corners_on(search, side, *_meeting(search, side, faces, (topo.corner_start, spot, spot)))
 
 
 def crossings(search: Search) -> Features:
@@ -207,12 +206,8 @@ def crossings(search: Search) -> Features:
     """
     assembly, topo = search.assembly, search.topology
     ends = assembly.vertices[topo.edge]
-    boxes = ends.min(axis=1), ends.max(axis=1)
-    near = [_near(search, side, topo.edge_start, *boxes) for side in (0, 1)]
-    row, one, two = _product(len(search.pairs), *near[0], *near[1])
-    touch = (boxes[0][one] <= boxes[1][two] + search.reach[row, None]).all(axis=1)
-    touch &= (boxes[0][two] <= boxes[1][one] + search.reach[row, None]).all(axis=1)
-    row, one, two = row[touch], one[touch], two[touch]
+    edges = topo.edge_start, ends.min(axis=1), ends.max(axis=1)
+    row, one, two = _meeting(search, 0, edges, edges)
     a, b = ends[one, 1] - ends[one, 0], ends[two, 1] - ends[two, 0]
     across = np.cross(a, b)
     square = np.einsum("ij,ij->i", across, across)
@@ -242,6 +237,20 @@ def crossings(search: Search) -> Features:
     return Features(row, sign * normal[good], np.stack([place, place], axis=1), np.abs(height[good]), none, one, two)
 
 
+def _meeting(
+    search: Search, side: int, own: tuple[Ints, Floats, Floats], others: tuple[Ints, Floats, Floats]
+) -> tuple[Ints, Ints, Ints]:
+    """For each pair those features of a block and of the other whose boxes come near each other.
+
+    own, others : where the features of each block begin, and their boxes
+    """
+    near = [_near(search, side, *own), _near(search, 1 - side, *others)]
+    boxes = [(low[item], high[item]) for (_, item), (_, low, high) in zip(near, (own, others), strict=True)]
+    (row, one), (other_row, two) = near
+    a, b = row_pairs(row, boxes[0], other_row, boxes[1], search.reach)
+    return row[a], one[a], two[b]
+
+
 def _near(search: Search, side: int, start: Ints, low: Floats, high: Floats) -> tuple[Ints, Ints]:
     """For each pair those features of one of its blocks whose box comes near the box of the other block."""
     own, other = search.pairs[:, side], search.pairs[:, 1 - side]
@@ -251,28 +260,6 @@ def _near(search: Search, side: int, start: Ints, low: Floats, high: Floats) -> 
     near = (low[item] <= upper[other[row]] + slack).all(axis=1)
     near &= (high[item] >= lower[other[row]] - slack).all(axis=1)
     return row[near], item[near]
-
-
-def _beside(search: Search, row: Ints, face: Ints, item: Ints, boxes: tuple[Floats, Floats]) -> tuple[Ints, Ints, Ints]:
-    """Those combinations of a face and a feature whose boxes come near each other."""
-    reach = search.reach[row]
-    near = np.ones(len(row), dtype=bool)
-    for k in range(3):
-        near &= boxes[0][item, k] <= search.assembly.face_bounds[1][face, k] + reach
-        near &= boxes[1][item, k] >= search.assembly.face_bounds[0][face, k] - reach
-    return row[near], face[near], item[near]
-
-
-def _product(n: int, row_a: Ints, item_a: Ints, row_b: Ints, item_b: Ints) -> tuple[Ints, Ints, Ints]:
-    """All combinations of the items of each row."""
-    count = np.bincount(row_b, minlength=n)
-    first = np.cumsum(count) - count
-    repeat = count[row_a]
-    return (
-        np.repeat(row_a, repeat),
-        np.repeat(item_a, repeat),
-        item_b[members(first[row_a], repeat)[1]],
-    )
 
 
 def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, steepest: float) -> Features:

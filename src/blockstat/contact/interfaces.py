@@ -35,7 +35,7 @@ from blockstat.contact.overlap.beds import keys_of_overlap
 from blockstat.contact.tolerance import GAP, allowed_gap, stated_length
 from blockstat.errors import known_options
 from blockstat.geometry import clipping as clip
-from blockstat.geometry.broad_phase import near_pairs
+from blockstat.geometry.broad_phase import near_pairs, row_pairs
 from blockstat.geometry.polyhedron import members
 from blockstat.typing import Floats, Ints
 
@@ -286,12 +286,9 @@ def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[In
     reach = NEAR_MISS * allowed[pairs].min(axis=1)
     row_a, face_a = _faces_near(assembly, pairs[:, 0], lower[pairs[:, 1]], upper[pairs[:, 1]], reach)
     row_b, face_b = _faces_near(assembly, pairs[:, 1], lower[pairs[:, 0]], upper[pairs[:, 0]], reach)
-    count_b = np.bincount(row_b, minlength=len(pairs))
-    first_b = np.concatenate([[0], np.cumsum(count_b)])
-    repeat = count_b[row_a]
-    fa = np.repeat(face_a, repeat)
-    fb = face_b[members(first_b[row_a], repeat)[1]]
-    row = np.repeat(row_a, repeat)
+    low, high = assembly.face_bounds
+    a, b = row_pairs(row_a, (low[face_a], high[face_a]), row_b, (low[face_b], high[face_b]), reach)
+    fa, fb, row = face_a[a], face_b[b], row_a[a]
 
     planes = assembly.planes
     opposed = sum(axis[fa] * axis[fb] for axis in planes.normal.T) < -np.cos(ANGLE)

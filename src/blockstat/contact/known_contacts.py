@@ -10,7 +10,8 @@ import numpy as np
 from blockstat.contact.coplanar import Patches
 from blockstat.contact.faces import INSIDE, frames, position
 from blockstat.contact.features import ContactKind, Features, Search, crossings, on_faces, together
-from blockstat.geometry.polyhedron import Polyhedra, members
+from blockstat.geometry.broad_phase import row_pairs
+from blockstat.geometry.polyhedron import Polyhedra
 from blockstat.geometry.topology import edge_topology
 from blockstat.typing import Floats, Ints
 
@@ -143,21 +144,17 @@ def covered(search: Search, features: Features, known: Contacts, least: float) -
         or beside it by no more than twice the rounding and what the angle between the normals makes of the reach.
     """
     found = np.zeros(len(features.row), dtype=bool)
-    item, cover, alike = _of_one_pair(features, known)
-    alike_enough = alike >= least
+    order = np.argsort(known.row, kind="stable")
+    # Beside a polygon by rounding, and by what an angle makes of the reach.
+    margin = 2 * (search.reach + search.rounding)
+    one = np.argsort(features.row, kind="stable")
+    ends, boxes = features.ends[one], known.patches.take(order).boxes()
+    item, cover = row_pairs(features.row[one], (ends.min(axis=1), ends.max(axis=1)), known.row[order], boxes, margin)
+    item, cover = one[item], order[cover]
+    alike_enough = np.einsum("ij,ij->i", known.patches.frame[cover, 0], features.normal[item]) >= least
     item, cover = item[alike_enough], cover[alike_enough]
     found[item[inside(search, features.take(item), known.patches, cover, search.reach[features.row[item]])]] = True
     return found
-
-
-def _of_one_pair(features: Features, known: Contacts) -> tuple[Ints, Ints, Floats]:
-    """Each feature beside each known contact of its pair: their numbers, and the cosine between their normals."""
-    order = np.argsort(known.row, kind="stable")
-    rows = known.row[order]
-    first, last = np.searchsorted(rows, features.row, "left"), np.searchsorted(rows, features.row, "right")
-    item, place = members(first, last - first)
-    cover = order[place]
-    return item, cover, np.einsum("ij,ij->i", known.patches.frame[cover, 0], features.normal[item])
 
 
 def inside(search: Search, features: Features, patches: Patches, cover: Ints, depth: Floats) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.geometry.polyhedron import members
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -15,6 +16,10 @@ if TYPE_CHECKING:
 
 #: Boxes whose neighbours are counted for an estimate.
 SAMPLE = 100
+#: Pairs of boxes of a row of which each is looked at; of more only those that trees find near.
+MANY = 10_000
+#: Distances between centres are no more exact than this, relative to them.
+ROUNDED = 1e-9
 
 
 def near_pairs(lower: Floats, upper: Floats, reach: Floats) -> Ints:
@@ -94,3 +99,67 @@ def _boxes_touch(pairs: Ints, lower: Floats, upper: Floats, reach: Floats) -> In
     slack = np.maximum(reach[i], reach[j])[:, None]
     touch = ((lower[i] <= upper[j] + slack) & (lower[j] <= upper[i] + slack)).all(axis=1)
     return pairs[touch]
+
+
+def row_pairs(
+    row_a: Ints, box_a: tuple[Floats, Floats], row_b: Ints, box_b: tuple[Floats, Floats], reach: Floats
+) -> tuple[Ints, Ints]:
+    """Find the boxes of two lists that are near each other and in the same row.
+
+    Parameters
+    ----------
+    row_a, row_b : array of int, shape (n_a,) and (n_b,)
+        Row of each box, ascending.
+    box_a, box_b : tuple of two arrays of float, shape (n_a, 3) and (n_b, 3)
+        Lower and upper corners of the boxes [m].
+    reach : array of float, shape (n_rows,)
+        Largest gap along every axis in each row [m].
+
+    Returns
+    -------
+    a, b : array of int, shape (n,)
+        Numbers of the boxes of each pair, sorted by a and then by b.
+
+    Notes
+    -----
+    Rows of many boxes, as of blocks with fine meshes, are looked through with trees.
+    """
+    count_a, count_b = (np.bincount(row, minlength=len(reach)) for row in (row_a, row_b))
+    first_a, first_b = np.cumsum(count_a) - count_a, np.cumsum(count_b) - count_b
+    crowded = count_a * count_b > MANY
+    own = np.flatnonzero(~crowded[row_a])
+    place, b = members(first_b[row_a[own]], count_b[row_a[own]])
+    pairs = [(own[place], b)]
+    for row in np.flatnonzero(crowded).tolist():
+        one = slice(first_a[row], first_a[row] + count_a[row])
+        two = slice(first_b[row], first_b[row] + count_b[row])
+        close = _close(*(bound[one] for bound in box_a), *(bound[two] for bound in box_b), float(reach[row]))
+        pairs += [(i + one.start, j + two.start) for i, j in close]
+    a, b = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    slack, near = reach[row_a[a]], np.ones(len(a), dtype=bool)
+    for k in range(3):
+        near &= box_a[0][a, k] <= box_b[1][b, k] + slack
+        near &= box_a[1][a, k] >= box_b[0][b, k] - slack
+    a, b = a[near], b[near]
+    if crowded.any():
+        order = np.lexsort((b, a))
+        a, b = a[order], b[order]
+    return a, b
+
+
+def _close(low_a: Floats, high_a: Floats, low_b: Floats, high_b: Floats, reach: float) -> Iterator[tuple[Ints, Ints]]:
+    """Numbers of boxes of two lists that may be near each other, a class of sizes of each after the other."""
+    from scipy.spatial import KDTree
+
+    lists = []
+    for low, high in ((low_a, high_a), (low_b, high_b)):
+        half = (high - low).max(axis=1) / 2 + reach
+        level = np.round(np.log2(np.maximum(half, np.finfo(float).tiny))).astype(int)
+        classes = [np.flatnonzero(level == value) for value in np.unique(level)]
+        centre = (low + high) / 2
+        lists.append([(own, KDTree(centre[own]), float(half[own].max())) for own in classes])
+    for own_a, tree_a, half_a in lists[0]:
+        for own_b, tree_b, half_b in lists[1]:
+            distance = (1 + ROUNDED) * (half_a + half_b)
+            found = tree_a.sparse_distance_matrix(tree_b, distance, p=np.inf, output_type="ndarray")
+            yield own_a[found["i"]], own_b[found["j"]]

@@ -17,6 +17,13 @@ CHUNK = 100_000
 #: Blocks of up to this many triangles are cut once, as a whole. Others are cut for each pair in the box that both
 #: share: the work grows faster than the number of triangles.
 FEW = 100
+#: Of more triangles than this in the box that two blocks share, cells of the box are looked at first: most blocks that
+#: touch along curved surfaces overlap in none of them.
+MANY = 300
+#: Boxes are halved no further where the smaller half has more than this share of their triangles.
+HALVED = 0.8
+#: Cells that are looked at at once.
+CELLS = 200
 #: What sticks out of a block by less than this fraction of its size is inside of it.
 FLUSH = 1e-6
 
@@ -81,20 +88,74 @@ def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats, outward: Flo
     used, number = np.unique(pairs, return_inverse=True)
     number = number.reshape(-1, 2)
     triangles = [_triangles(blocks, int(block)) for block in used]
-    least = np.full(len(used), np.inf)
-    np.minimum.at(least, number, tolerance[:, None])
-    few = np.array([len(own) <= FEW for own in triangles], dtype=bool)
-    small = np.flatnonzero(few)
-    whole = convex_pieces([triangles[k] for k in small], lower[used[small]], upper[used[small]], least[small])
-    row, side = np.nonzero(~few[number])
     low, high = lower[pairs].max(axis=1), upper[pairs].min(axis=1)
+    depth = _depths_in_cells(triangles, number, low, high, tolerance)
+    deep = np.flatnonzero(np.isnan(depth) | (depth > tolerance))
+    least = np.full(len(used), np.inf)
+    np.minimum.at(least, number[deep], tolerance[deep, None])
+    few = np.array([len(own) <= FEW for own in triangles], dtype=bool)
+    small = np.flatnonzero(few & np.isfinite(least))
+    whole = convex_pieces([triangles[k] for k in small], lower[used[small]], upper[used[small]], least[small])
+    row, side = np.nonzero(~few[number[deep]])
+    row = deep[row]
     cut = convex_pieces([triangles[k] for k in number[row, side]], low[row], high[row], tolerance[row])
     # The solid of each side of each pair: a block as a whole, or its part in the box of the pair.
-    solid = (np.cumsum(few) - 1)[number]
+    place = np.zeros(len(used), dtype=np.int64)
+    place[small] = np.arange(len(small))
+    solid = place[number]
     solid[row, side] = len(small) + np.arange(len(row))
     hulls = [[_hull(blocks, int(block), outward)] for block in used]
     pieces = _Pieces.of([*whole, *cut, *hulls])
-    return _piece_depths(pieces, solid, low, tolerance, len(whole) + len(cut) + number)
+    hull = len(whole) + len(cut) + number
+    depth[deep] = _piece_depths(pieces, solid[deep], low[deep], tolerance[deep], hull[deep])
+    return depth
+
+
+def _depths_in_cells(triangles: list[Floats], number: Ints, low: Floats, high: Floats, tolerance: Floats) -> Floats:
+    """Diameter of the largest ball in a piece of both solids and in a cell of the box that they share [m].
+
+    nan for pairs of so few triangles that there are no cells. The cells reach over each other by so much that a ball
+    wider than the tolerance has a part in one of them that is, too.
+    """
+    cells = [_cells([triangles[k] for k in own], *box) for own, *box in zip(number, low, high, tolerance, strict=True)]
+    row = np.repeat(np.arange(len(number)), list(map(len, cells)))
+    depth = np.full(len(number), np.nan)
+    depth[row] = 0.0
+    for own in np.split(np.arange(len(row)), np.arange(CELLS, len(row), CELLS)):
+        box = np.concatenate([np.empty((0, 2, 3)), *cells])[own]
+        both = np.repeat(row[own], 2)
+        solids = [triangles[k] for k in number[row[own]].reshape(-1)]
+        lower, upper = (np.repeat(corner, 2, axis=0) for corner in (box[:, 0], box[:, 1]))
+        pieces = _Pieces.of(convex_pieces(solids, lower, upper, tolerance[both]))
+        solid = np.arange(2 * len(own)).reshape(-1, 2)
+        np.maximum.at(depth, row[own], _piece_depths(pieces, solid, box[:, 0], tolerance[row[own]]))
+    return depth
+
+
+def _cells(solids: list[Floats], low: Floats, high: Floats, margin: float) -> Floats:
+    """Corners of boxes that fill one and reach over each other, in each of which few triangles of two solids lie.
+
+    Shape (n, 2, 3) [m], with n = 0 where few lie in the box as a whole.
+    """
+    corners = np.concatenate(solids)
+    bottom, top = corners.min(axis=1) - margin, corners.max(axis=1) + margin
+    own = np.flatnonzero(((bottom <= high) & (top >= low)).all(axis=1))
+    if len(own) <= MANY:
+        return np.empty((0, 2, 3))
+    cells, open_ones = [], [(low, high, own)]
+    while open_ones:
+        low, high, own = open_ones.pop()
+        axis = int(np.argmax(high - low))
+        middle = (low[axis] + high[axis]) / 2
+        halves = [own[bottom[own, axis] <= middle], own[top[own, axis] >= middle]]
+        if len(own) <= FEW or min(map(len, halves)) > HALVED * len(own) or high[axis] - low[axis] <= 4 * margin:
+            cells.append((low - margin, high + margin))
+            continue
+        for k, half in enumerate(halves):
+            ends = low.copy(), high.copy()
+            ends[1 - k][axis] = middle
+            open_ones.append((*ends, half))
+    return np.array(cells)
 
 
 @dataclass(frozen=True)

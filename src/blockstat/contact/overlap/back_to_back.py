@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.contact.tolerance import ROUNDING
 from blockstat.geometry import clipping as clip
+from blockstat.geometry.broad_phase import row_pairs
 from blockstat.geometry.polyhedron import members, next_in_face
 from blockstat.typing import Floats, Ints
 
@@ -85,16 +87,14 @@ def _thickness(assembly: Assembly, face: Ints, frame: Floats, point: Floats, mos
 
     frame : rows are the direction out of the face, and two across it
     """
-    planes, first = assembly.planes, np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
-    block = assembly.face_block[face]
-    row, other = members(first[block], np.diff(first)[block])
-    out = frame[:, 0]
+    planes, out = assembly.planes, frame[:, 0]
 
     def heights(row: Ints, face: Ints, slope: Floats) -> Floats:
         """Where the line meets the planes of faces."""
         return np.einsum("ij,ij->i", planes.centre[face] - point[row], planes.normal[face]) / slope
 
     top = heights(np.arange(len(face)), face, np.einsum("ij,ij->i", planes.normal[face], out))
+    row, other = _faces_behind(assembly, face, point + top[:, None] * out, most[:, None] * out)
     slope = np.einsum("ij,ij->i", planes.normal[other], out[row])
     behind = slope < 0
     row, other = row[behind], other[behind]
@@ -112,3 +112,18 @@ def _thickness(assembly: Assembly, face: Ints, frame: Floats, point: Floats, mos
     thickness = most.copy()
     np.minimum.at(thickness, row[leaves], depth[leaves])
     return thickness
+
+
+def _faces_behind(assembly: Assembly, face: Ints, begin: Floats, inwards: Floats) -> tuple[Ints, Ints]:
+    """Faces of the blocks of some faces whose boxes a way inwards from a point of each of these may meet."""
+    end = begin - inwards
+    # A face that is not flat lies off its plane, which the way meets.
+    first = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks))
+    reach = np.maximum.reduceat(assembly.planes.warp, first) + ROUNDING * assembly.size
+    block = assembly.face_block[face]
+    order = np.argsort(block, kind="stable")
+    box = np.minimum(begin, end)[order], np.maximum(begin, end)[order]
+    some = np.flatnonzero(np.isin(assembly.face_block, block))
+    lower, upper = assembly.face_bounds
+    row, other = row_pairs(block[order], box, assembly.face_block[some], (lower[some], upper[some]), reach)
+    return order[row], some[other]

@@ -50,8 +50,7 @@ def keys_of_overlap(assembly: Assembly, parts: Patches, tolerances: Tolerances) 
     item, cover, up = _of_one_block(parts.pair, deep)
     if not len(item):
         return keys
-    corner = np.repeat(parts.origin, parts.count, axis=0)
-    corner = corner + np.einsum("nk,nkj->nj", parts.corner, np.repeat(parts.frame[:, 1:], parts.count, axis=0))
+    corner = parts.in_space()
     start = np.cumsum(parts.count) - parts.count
     row, own = members(start[item], parts.count[item])
     height = np.einsum("ij,ij->i", corner[own], up[row])
@@ -190,12 +189,9 @@ def _beside_walls(search: Search, row: Ints, beds: Patches) -> np.ndarray:
     Judged by bounding boxes, so it keeps some beds that have no wall.
     """
     walls = np.zeros(len(row), dtype=bool)
-    corner = np.repeat(beds.origin, beds.count, axis=0)
-    corner = corner + np.einsum("nk,nkj->nj", beds.corner, np.repeat(beds.frame[:, 1:], beds.count, axis=0))
-    first = np.cumsum(beds.count) - beds.count
     start = np.searchsorted(search.assembly.face_block, np.arange(search.assembly.n_blocks + 1))
     lower, upper = search.assembly.face_bounds
-    low, high = (bound.reduceat(corner, first) if len(row) else corner for bound in (np.minimum, np.maximum))
+    low, high = beds.boxes()
     for side, sign in ((0, 1.0), (1, -1.0)):
         block = search.pairs[row, side]
         count = np.diff(start)[block]
