@@ -125,6 +125,8 @@ class Search:
     rounding: Floats  #: what is nearer to a rim than this is on it, shape (n_pairs,) [m]
     beyond: Floats  #: what is outside an outline, but no further than this, is on its rim, shape (n_pairs,) [m]
     rims: bool  #: whether contacts on rims are wanted too
+    #: lower and upper corners of boxes in which contacts of each pair are wanted, shape (n_pairs, 3) [m]; None for all
+    within: tuple[Floats, Floats] | None = None
 
     def limits(self, row: int) -> tuple[float, float]:
         """Return the reach and the rounding of one pair.
@@ -155,13 +157,12 @@ class Search:
         if not len(work):
             return []
         parts = np.split(np.arange(len(work)), np.searchsorted(work, np.arange(CHUNK, work[-1], CHUNK)))
-        return [
-            Search(
-                self.assembly, self.topology, self.pairs[p], self.reach[p], self.rounding[p], self.beyond[p], self.rims
-            )
-            for p in parts
-            if len(p)
-        ]
+        return [self._take(rows) for rows in parts if len(rows)]
+
+    def _take(self, rows: Ints) -> Search:
+        within = None if self.within is None else (self.within[0][rows], self.within[1][rows])
+        reach, rounding, beyond = self.reach[rows], self.rounding[rows], self.beyond[rows]
+        return replace(self, pairs=self.pairs[rows], reach=reach, rounding=rounding, beyond=beyond, within=within)
 
 
 def on_faces(search: Search, side: int, steepest: float) -> tuple[Features, Features]:
@@ -252,13 +253,15 @@ def _meeting(
 
 
 def _near(search: Search, side: int, start: Ints, low: Floats, high: Floats) -> tuple[Ints, Ints]:
-    """For each pair those features of one of its blocks whose box comes near the box of the other block."""
+    """For each pair those features of one of its blocks whose box comes near that of the other block, and is within."""
     own, other = search.pairs[:, side], search.pairs[:, 1 - side]
     row, item = members(start[own], np.diff(start)[own])
-    lower, upper = search.assembly.bounds
+    lower, upper = (bound[other] for bound in search.assembly.bounds)
+    if search.within is not None:
+        lower, upper = np.maximum(lower, search.within[0]), np.minimum(upper, search.within[1])
     slack = search.reach[row][:, None]
-    near = (low[item] <= upper[other[row]] + slack).all(axis=1)
-    near &= (high[item] >= lower[other[row]] - slack).all(axis=1)
+    near = (low[item] <= upper[row] + slack).all(axis=1)
+    near &= (high[item] >= lower[row] - slack).all(axis=1)
     return row[near], item[near]
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.contact.coplanar import Patches, merge_coplanar
-from blockstat.contact.features import CHUNK, ContactKind, Features, Search
+from blockstat.contact.features import CHUNK, ContactKind, Features, Search, together
 from blockstat.contact.known_contacts import ONE_PATCH, Contacts, Tolerances, covered, features_of, inside, search_of
 from blockstat.geometry.polyhedron import members
 from blockstat.surface.distance import segment_distances
@@ -19,6 +19,9 @@ from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+
+#: Vertices of copies of pairs that are held in memory at once.
+COPIED = 50_000
 
 
 def keys_of_overlap(assembly: Assembly, parts: Patches, tolerances: Tolerances) -> np.ndarray:
@@ -159,28 +162,37 @@ def with_sunk(search: Search, known: Contacts, patches: Patches, tolerances: Tol
     rows, beds = known.row[deep], known.patches.take(deep)
     if not len(rows):
         return known
-    apart = beds.overlap[:, None] * beds.frame[:, 0]
     most = np.zeros(len(search.pairs))
     np.maximum.at(most, rows, beds.overlap)
     wide = replace(search, rounding=search.rounding + most)
-    for kind, found in zip(
-        (ContactKind.EDGE, ContactKind.CORNER),
-        features_of(_moved(search, rows, apart, tolerances), tolerances.steepest),
-        strict=False,
-    ):
+    work = np.cumsum(np.diff(search.assembly.vertex_start)[search.pairs[rows]].sum(axis=1))
+    parts = np.split(np.arange(len(rows)), np.searchsorted(work, np.arange(COPIED, work[-1], COPIED)))
+    found = [_sunk(search, rows[own], beds.take(own), tolerances) for own in parts if len(own)]
+    for kind, of_parts in zip((ContactKind.EDGE, ContactKind.CORNER), zip(*found, strict=True), strict=True):
+        new = together(of_parts)
+        new = new.take(~covered(wide, new, known, ONE_PATCH))
+        known = known.with_more(kind, new.take(~overlap_at_rims(search, new, patches, tolerances)), search.pairs)
+    return known
+
+
+def _sunk(search: Search, rows: Ints, beds: Patches, tolerances: Tolerances) -> list[Features]:
+    """Edges and corners in beds, of pairs with these rows, that touch walls when the two blocks are moved apart."""
+    apart = beds.overlap[:, None] * beds.frame[:, 0]
+    margin = 2 * (beds.overlap + search.reach[rows] + search.rounding[rows])[:, None]
+    lower, upper = beds.boxes()
+    moved = replace(_moved(search, rows, apart, tolerances), within=(lower - margin, upper + margin))
+    sunk = []
+    for found in features_of(moved, tolerances.steepest)[:2]:
         bed = found.row
         nearer = np.abs(np.einsum("ij,ij->i", found.normal, apart[bed]))
         good = ~found.rim & (nearer < ONE_PATCH * beds.overlap[bed]) & (found.gap + nearer <= search.reach[rows[bed]])
         found, bed = replace(found, row=rows[bed]).take(good), bed[good]
-        new = ~covered(wide, found, known, ONE_PATCH)
-        found, bed = found.take(new), bed[new]
         found = replace(found, ends=found.ends - apart[bed, None] / 2)
         # In the plane of the bed, and over it but for half of the gap to the wall.
         height = np.einsum("nkj,nj->nk", found.ends - beds.origin[bed][:, None], beds.frame[bed, 0])
         level = np.abs(height).max(axis=1, initial=0.0) <= beds.overlap[bed] + 2 * search.rounding[rows[bed]]
-        found = found.take(level & inside(search, found, beds, bed, beds.overlap[bed] + found.gap / 2))
-        known = known.with_more(kind, found.take(~overlap_at_rims(search, found, patches, tolerances)), search.pairs)
-    return known
+        sunk.append(found.take(level & inside(search, found, beds, bed, beds.overlap[bed] + found.gap / 2)))
+    return sunk
 
 
 def _beside_walls(search: Search, row: Ints, beds: Patches) -> np.ndarray:
