@@ -13,7 +13,8 @@ import numpy as np
 from blockstat.contact.coplanar import Patches, merge_coplanar
 from blockstat.contact.features import CHUNK, ContactKind, Features, Search, together
 from blockstat.contact.known_contacts import ONE_PATCH, Contacts, Tolerances, covered, features_of, inside, search_of
-from blockstat.geometry.polyhedron import members
+from blockstat.geometry.broad_phase import row_pairs
+from blockstat.geometry.polyhedron import Polyhedra, members
 from blockstat.surface.distance import segment_distances
 from blockstat.typing import Floats, Ints
 
@@ -50,7 +51,7 @@ def keys_of_overlap(assembly: Assembly, parts: Patches, tolerances: Tolerances) 
         return keys
     joints = merge_coplanar(parts, tolerances.allowed)
     deep = joints.take(np.flatnonzero(joints.overlap > tolerances.rounding * assembly.size[joints.pair].min(axis=1)))
-    item, cover, up = _of_one_block(parts.pair, deep)
+    item, cover, up = _of_one_block(assembly, parts.pair, parts.boxes(), deep, tolerances.rounding)
     if not len(item):
         return keys
     corner = parts.in_space()
@@ -76,16 +77,26 @@ def _longest(points: Floats) -> Floats:
     return points[list(np.unravel_index(distance.argmax(), distance.shape))]
 
 
-def _of_one_block(pairs: Ints, patches: Patches) -> tuple[Ints, Ints, Floats]:
-    """Each pair beside each patch of one of its blocks: their numbers, and the way out of it of the second block."""
+def _of_one_block(
+    assembly: Polyhedra, pairs: Ints, boxes: tuple[Floats, Floats], patches: Patches, rounding: float
+) -> tuple[Ints, Ints, Floats]:
+    """Each pair beside each near patch of one of its blocks: their numbers, and the way out of it of the second block.
+
+    boxes : what is asked of each pair lies in them
+    """
+    # What lies in a patch is no deeper than this below it, and beside it by no more than this and rounding.
+    depth = np.zeros(assembly.n_blocks)
+    for other in (0, 1):
+        np.maximum.at(depth, patches.pair[:, other], patches.overlap + patches.gap)
+    reach = 2 * (depth + rounding * assembly.size)
+    lower, upper = patches.boxes()
     found: list[tuple[Ints, Ints, Floats]] = []
     for side in (0, 1):
         for other in (0, 1):
-            order = np.argsort(patches.pair[:, other], kind="stable")
-            blocks = patches.pair[order, other]
-            first, last = (np.searchsorted(blocks, pairs[:, side], end) for end in ("left", "right"))
-            item, place = members(first, last - first)
-            cover = order[place]
+            one, two = (np.argsort(of[:, k], kind="stable") for of, k in ((pairs, side), (patches.pair, other)))
+            box_a, box_b = (boxes[0][one], boxes[1][one]), (lower[two], upper[two])
+            item, cover = row_pairs(pairs[one, side], box_a, patches.pair[two, other], box_b, reach)
+            item, cover = one[item], two[cover]
             found.append((item, cover, (1.0 if side == other else -1.0) * patches.frame[cover, 0]))
     item, cover, up = (np.concatenate(column) for column in zip(*found, strict=True))
     return item, cover, up
@@ -117,7 +128,8 @@ def overlap_at_rims(search: Search, features: Features, patches: Patches, tolera
     that side, such a contact is gone. That of a step, or of a wall at whose foot the joint is, stays.
     """
     lost = np.zeros(len(features.row), dtype=bool)
-    item, cover, up = _of_one_block(search.pairs[features.row], patches)
+    boxes = features.ends.min(axis=1), features.ends.max(axis=1)
+    item, cover, up = _of_one_block(search.assembly, search.pairs[features.row], boxes, patches, tolerances.rounding)
     alike = np.einsum("ij,ij->i", up, features.normal[item])
     across = (np.abs(alike) < ONE_PATCH) & (patches.overlap[cover] > search.rounding[features.row[item]])
     item, cover, up, alike = item[across], cover[across], up[across], alike[across]
