@@ -557,7 +557,7 @@ def moved(bare: float, found: float, room: float = 0.0) -> bool:
 
 
 def limit_warning(
-    problem: Problem, forces: Floats, carried: float, tolerance: float, carried_by: Callable[[Interfaces], float]
+    problem: Problem, forces: Floats | None, carried: float, tolerance: float, carried_by: Callable[[Interfaces], float]
 ) -> list[str]:
     """Say which doubtful joints a limit load rests on, and what is carried without them.
 
@@ -566,7 +566,7 @@ def limit_warning(
     problem
         The posed problem.
     forces
-        Those that carry the multiplier, shape (n_points, 3) [N].
+        Those that carry the multiplier, shape (n_points, 3) [N], or None as in `resting_warning`.
     carried
         The multiplier, the lower end of a bracket.
     tolerance

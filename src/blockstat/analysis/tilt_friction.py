@@ -269,8 +269,8 @@ class _Varied(NamedTuple):
     flow: str
 
     def judge(self, value: float, kinds: Sequence[tuple[float, float]] = FAMILY) -> Verdict:
-        there = replace(self.problem, assembly=self.at(self.problem.assembly, value))
-        problem = with_joints(there, self.problem.given, self.loads)
+        own, there = self.problem, self.at(self.problem.assembly, value)
+        problem = pose(there, friction=None, gravity=None, loads=self.loads, gap=own.gap, interfaces=own.given)
         return judged(problem, loads=self.loads, solver=self.solver, flow=self.flow, reserve=False, kinds=kinds)
 
     def answer(self, value: float) -> Answer:
@@ -299,7 +299,7 @@ def _with_warnings(varied: _Varied, bracket: Callable[[_Varied], Bracket], *more
         return None if math.isnan(bare) else bare
 
     told += resting_warning(
-        problem, sum(np.abs(verdict.forces) for verdict in verdicts) if known else None, stands, again,
+        problem, np.sum([np.abs(own.forces) for own in verdicts], axis=0) if known else None, stands, again,
         f"it stands up to {stands:.6g} deg" if tilts else f"a friction of {stands:.6g} is enough",
         worse=lambda bare, last: (bare < last if tilts else bare > last) and moved(bare, last, room),
         words=lambda bare: f"it is {bare:.6g} deg" if tilts else f"it is {bare:.6g}",
