@@ -528,9 +528,10 @@ def resting_warning(
             so = falls if bare is None else words(bare)
             more = joints_in_words(problem, own._replace(slivers=own.slivers[:0]))
             head = f"{told} only with {joints_in_words(problem, own)}; without them"
-            text, last = f"{text}, and without {more} either {so}" if text else f"{head} {so}", bare
-        if bare is None:
-            break
+            text = f"{text}, and without {more} either {so}" if text else f"{head} {so}"
+            if bare is None:
+                break
+            last = bare
     return [text] if text else []
 
 
