@@ -92,7 +92,8 @@ if TYPE_CHECKING:
         with_values,
     )
     from blockstat.studies.directions import DirectionalLimits, DirectionOutcome, limit_load_by_direction
-    from blockstat.studies.foundations import Crack, Foundation, Settlement, SettlementOutcome, settle, settlement
+    from blockstat.studies.foundations import Crack, Settlement, SettlementOutcome, settle, settlement
+    from blockstat.studies.moving_supports import Foundation
     from blockstat.studies.settling_path import PathOutcome, SettlementPath, settle_to_collapse
     from blockstat.studies.two_loads import DomainOutcome, LoadDomain, load_domain
     from blockstat.traffic.envelope import MovingLoad, MovingOutcome, moving_load
@@ -214,7 +215,8 @@ _HOMES = {
         "spec": "Building Composition Range Scene build load_scene parameters read scene_from with_values",
         "studies.directions": "DirectionOutcome DirectionalLimits limit_load_by_direction",
         "studies.two_loads": "DomainOutcome LoadDomain load_domain",
-        "studies.foundations": "Crack Foundation Settlement SettlementOutcome settle settlement",
+        "studies.foundations": "Crack Settlement SettlementOutcome settle settlement",
+        "studies.moving_supports": "Foundation",
         "view.animation": "write_mechanism write_motion",
         "view.assessment": "Assessment assess_fully assessment_html",
         "view.attributes": "write_verdict",

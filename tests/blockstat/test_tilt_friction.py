@@ -118,7 +118,7 @@ def test_what_is_undecided_as_it_stands_is_not_told_to_fall(ask, monkeypatch):
     real = assess(asm)
     if ask is not friction_limit:
         asm = asm.with_(gravity=(0, 0, -9.81), friction=0.0)
-        monkeypatch.setattr(tilt_friction, "limit_load", lambda *_, **__: dead)
+        monkeypatch.setattr(tilt_friction, "limited", lambda *_, **__: dead)
         dead = SimpleNamespace(outcome=LoadOutcome.DEAD_LOAD_UNSTABLE)
     found = ask(asm)
     assert found.outcome is BracketOutcome.UNDECIDED

@@ -12,13 +12,7 @@ from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.coulomb import FAMILY, CoulombState, coulomb_state, state_in_every_kind
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed, with_joints
-from blockstat.analysis.reserve import (
-    doubt_warning,
-    doubtful_joints,
-    neutral_blocks,
-    neutral_warning,
-    without_doubtful,
-)
+from blockstat.analysis.reserve import neutral_blocks, neutral_warning, resting_warning
 from blockstat.analysis.rims import falling_freely, gap_warnings, judged_with_rims, overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate, check
@@ -343,12 +337,13 @@ def _with_reserve(problem: Problem, verdict: Verdict, checked: Answer, loads: Lo
     """A stable verdict with what it has no reserve against, and the doubtful joints that it rests on."""
     neutral = neutral_blocks(problem, checked, solver=solver)
     warnings = neutral_warning(problem, neutral)
-    doubtful = doubtful_joints(problem, verdict.forces)
-    if doubtful.any:
-        sure = without_doubtful(problem, doubtful)
-        posed = with_joints(problem, sure, loads)
+
+    def again(joints: Interfaces) -> Outcome | None:
+        posed = with_joints(problem, joints, loads)
         bare = judged(posed, loads=loads, solver=solver, score=False, reserve=False)
-        warnings += [] if bare.outcome is Outcome.STABLE else doubt_warning(problem, doubtful)
+        return Outcome.STABLE if bare.outcome is Outcome.STABLE else None
+
+    warnings += resting_warning(problem, verdict.forces, Outcome.STABLE, again, "stable")
     return replace(verdict, neutral=neutral, warnings=(*verdict.warnings, *warnings)) if warnings else verdict
 
 

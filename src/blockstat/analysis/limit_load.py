@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -141,8 +140,7 @@ class LimitLoad(Result):
         str
             One fact a line.
         """
-        worst = [f"Worst case of the imperfections: {self.worst}."] if self.worst else []
-        lines = [self.outcome.value, *worst]
+        lines = [self.outcome.value, *([f"Worst case of the imperfections: {self.worst}."] if self.worst else [])]
         if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED, LoadOutcome.UNDECIDED):
             below = f"{self.lower:.9g} <= " if np.isfinite(self.lower) else ""
             above = f" <= {self.upper:.9g}" if np.isfinite(self.upper) else ""
@@ -290,9 +288,9 @@ def limit_load(
     if not (isinstance(tolerance, (int, float)) and 0 < tolerance <= 0.1):
         raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1 of the limit")
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
-    how: dict[str, Any] = {"solver": solver, "tolerance": tolerance, "optimum": optimum}
+    how: dict[str, Any] = {"solver": solver, "tolerance": tolerance, "optimum": optimum, "progress": progress}
     if imperfections is not None:
-        options = {**how, "gap": gap, "flow": flow, "progress": progress}
+        options = {**how, "gap": gap, "flow": flow}
         brackets = []
         for case in cases_of(problem, loads, imperfections):
             own = limit_load(case.assembly, load, loads=case.loads, interfaces=case.interfaces, **options)
@@ -302,31 +300,59 @@ def limit_load(
         return min(brackets, key=lambda own: _carried(own, flow))
     if not len(problem.assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to load')
-    direction = as_load(problem.assembly, load)
-    timings = dict(problem.timings)
-    again = partial(limit_load, problem.assembly, direction, loads=loads, gap=gap, **how)
+    return limited(problem, as_load(problem.assembly, load), loads, flow=flow, **how)
+
+
+def limited(
+    problem: Problem, load: Floats, loads: Loads | None, *, flow: str = "associated", reserve: bool = True, **how: Any
+) -> LimitLoad:
+    """Give the limit load of a posed problem.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    load
+        The load, shape (n_blocks, 6) [N, N m].
+    loads
+        Those that the problem was posed with.
+    flow
+        As in `limit_load`.
+    reserve
+        False does not ask which doubtful joints it rests on.
+    **how
+        The solver, tolerance, optimum and progress of `limit_load`; all but the last are needed.
+
+    Returns
+    -------
+    LimitLoad
+        As of `limit_load`.
+    """
+    timings, tolerance, progress = dict(problem.timings), how["tolerance"], how.pop("progress", None)
+
+    def again(joints: Interfaces) -> LimitLoad:
+        return limited(with_joints(problem, joints, loads), load, loads, reserve=False, **how)
 
     def carried_by(joints: Interfaces) -> float:
-        return _bracket(with_joints(problem, joints, loads), direction, **how)[1]
+        return _bracket(with_joints(problem, joints, loads), load, **how)[1]
 
     with timed(timings, "solve"):
-        outcome, lower, upper, force, twist, iterations = _bracket(problem, direction, **how, progress=progress)
+        outcome, lower, upper, force, twist, iterations = _bracket(problem, load, **how, progress=progress)
     bounded = outcome is not LoadOutcome.UNBOUNDED
-    doubts = gap_warnings(problem, more_may_help=bounded) + ([] if bounded else problem.strengths)
+    told = (*problem.warnings, *gap_warnings(problem, more_may_help=bounded), *([] if bounded else problem.strengths))
     found = LimitLoad(
-        outcome=outcome, lower=lower, upper=upper, forces=problem.to_points(force),
-        mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)), interfaces=problem.interfaces,
-        assembly=problem.assembly, warnings=(*problem.warnings, *doubts), timings=timings,
-        bonds=problem.to_bonds(force), ties=problem.to_ties(force), iterations=iterations, loads=loads,
+        outcome=outcome, lower=lower, upper=upper, forces=problem.to_points(force), bonds=problem.to_bonds(force),
+        mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)), ties=problem.to_ties(force), loads=loads,
+        interfaces=problem.interfaces, assembly=problem.assembly, iterations=iterations, timings=timings, warnings=told,
     )  # fmt: skip
     with timed(timings, "contacts without a normal or a width"):
         found = _beyond_doubt(problem, found, again, tolerance)
-        carried = 0.0 if outcome is LoadOutcome.STOPPED else found.lower  # who stops it does not wait for another
-        thin = limit_warning(problem, found.forces, carried, tolerance, carried_by)
-        found = replace(found, warnings=(*found.warnings, *thin))
+        if reserve and outcome is not LoadOutcome.STOPPED:  # who stops it does not wait for another
+            thin = limit_warning(problem, found.forces, found.lower, tolerance, carried_by)
+            found = replace(found, warnings=(*found.warnings, *thin))
     if flow == "coulomb" and outcome in (LoadOutcome.LIMIT, LoadOutcome.UNBOUNDED, LoadOutcome.STOPPED):
         with timed(timings, "coulomb"):
-            found = _without_dilatancy(problem, found, direction, loads, solver=solver, progress=progress)
+            found = _without_dilatancy(problem, found, load, loads, solver=how["solver"], progress=progress)
     timings["total"] = sum(timings.values())
     return found
 
@@ -363,7 +389,7 @@ def _beyond_doubt(problem: Problem, found: LimitLoad, again: Callable[..., Limit
         if not warnings:
             return found
         if found.outcome is not LoadOutcome.STOPPED:
-            held = judged_with_rims(problem, motion, lambda own: again(interfaces=own))
+            held = judged_with_rims(problem, motion, again)
             upper, mechanism = held.upper, held.mechanism
     closed = is_closed(found.lower, upper, tolerance)
     if closed if found.outcome is LoadOutcome.LIMIT else upper == found.upper == -np.inf:
@@ -382,8 +408,7 @@ def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float,
         return *known, np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks), 0
     options = {"solver": solver, "motions": problem.motions}
     dead = decide(program, solve_penalty(program, **options, stands=True), **options)
-    outcome = outcome_of(dead.certificate)
-    if outcome is not Outcome.STABLE:
+    if (outcome := outcome_of(dead.certificate)) is not Outcome.STABLE:
         return *(falls if outcome is Outcome.UNSTABLE else unknown), dead.force, dead.twist, dead.iterations
     found = bracket(problem, dead.force, direction, solver, tolerance, **how)
     if found[0] is LoadOutcome.UNDECIDED and len(program.load) <= CHEAP:

@@ -13,7 +13,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import NamedTuple
+from operator import ne
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from scipy import sparse
@@ -46,6 +47,7 @@ LENT = 1e-3
 #: Corners slower than this fraction of the fastest are at rest.
 SLOW = 0.01
 NAMED = 3  #: blocks, or joints of a kind, that a warning names
+Found = TypeVar("Found")  #: what an analysis finds
 
 
 def neutral_blocks(problem: Problem, checked: Answer, *, solver: str = "auto") -> Ints:
@@ -201,9 +203,11 @@ class Doubtful(NamedTuple):
     loose: Ints  #: those that do not quite close
 
     @property
-    def any(self) -> bool:
-        """Whether there are some."""
-        return bool(len(self.slivers) or len(self.loose))
+    def steps(self) -> list[Doubtful]:
+        """What is left out one after the other: slivers, and then all; none where nothing is doubtful."""
+        if not len(self.loose):
+            return [self] if len(self.slivers) else []
+        return [self._replace(loose=self.loose[:0]), self] if len(self.slivers) else [self]
 
 
 def doubtful_joints(problem: Problem, forces: Floats | None) -> Doubtful:
@@ -446,26 +450,20 @@ def _closing_patches(assembly: Assembly, interfaces: Interfaces, joints: Ints) -
     return found
 
 
-def doubt_warning(
-    problem: Problem, doubtful: Doubtful, answer: str = "stable", bare: str = "it is not proven stable"
-) -> list[str]:
-    """Say which doubtful joints an answer rests on.
+def joints_in_words(problem: Problem, doubtful: Doubtful) -> str:
+    """Name doubtful joints by kind.
 
     Parameters
     ----------
     problem
         The posed problem.
     doubtful
-        The joints, at least one.
-    answer
-        What is so with them.
-    bare
-        What is so without them.
+        The joints.
 
     Returns
     -------
-    list of str
-        One sentence.
+    str
+        The kinds with the names of the blocks, a few of each.
     """
     names = problem.assembly.names
     kinds = (
@@ -476,26 +474,42 @@ def doubt_warning(
     for words, joints in kinds:
         pairs = [f'"{names[a]}" to "{names[b]}"' for a, b in problem.interfaces.pair[joints].tolist()]
         listed_kinds += [f"{words}: {listed(pairs, NAMED)}"] if pairs else []
-    return [f"{answer} only with {', and '.join(listed_kinds)}; without them {bare}"]
+    return ", and ".join(listed_kinds)
 
 
-def limit_warning(
-    problem: Problem, forces: Floats, carried: float, tolerance: float, carried_by: Callable[[Interfaces], float]
+def resting_warning(
+    problem: Problem,
+    forces: Floats | None,
+    found: Found,
+    again: Callable[[Interfaces], Found | None],
+    told: str,
+    *,
+    worse: Callable[[Found, Found], bool] = ne,
+    words: Callable[[Found], str] = str,
+    falls: str = "it is not proven stable",
 ) -> list[str]:
-    """Say which doubtful joints a limit load rests on, and what is carried without them.
+    """Say which doubtful joints an answer rests on, and what it is without them.
 
     Parameters
     ----------
     problem
         The posed problem.
     forces
-        Those that carry the multiplier, shape (n_points, 3) [N].
-    carried
-        The multiplier, the lower end of a bracket.
-    tolerance
-        Largest width of the bracket, relative to its upper end.
-    carried_by
-        Gives the multiplier with other interfaces; asked only where a doubtful joint is loaded.
+        Those that prove the answer, shape (n_points, 3) [N]; None where they are not at hand, so that any joint may be
+        among those that bear it.
+    found
+        The answer.
+    again
+        Gives it with other interfaces, and None where the assembly is not proven to stand on them. It is asked only
+        where a doubtful joint is loaded, and must not ask for doubtful joints itself.
+    told
+        The answer in words, such as "stable".
+    worse
+        Whether an answer, the first argument, tells less than another.
+    words
+        Says an answer on fewer joints, such as "it is 0.5".
+    falls
+        Says that there is none.
 
     Returns
     -------
@@ -504,15 +518,84 @@ def limit_warning(
 
     Notes
     -----
-    A strip of `SLIVER` of a block moves an arm by that share, and a limit with it: a smaller difference says nothing.
+    Where both kinds of doubtful joints are loaded, slivers alone are left out first. In a drawing with noise they may
+    be invented, while joints that do not quite close are what the blocks stand on.
+    """
+    doubtful, text, last = doubtful_joints(problem, forces), "", found
+    for own in doubtful.steps:
+        bare = again(without_doubtful(problem, own))
+        if bare is None or worse(bare, last):
+            so = falls if bare is None else words(bare)
+            more = joints_in_words(problem, own._replace(slivers=own.slivers[:0]))
+            head = f"{told} only with {joints_in_words(problem, own)}; without them"
+            text = f"{text}, and without {more} either {so}" if text else f"{head} {so}"
+            if bare is None:
+                break
+            last = bare
+    return [text] if text else []
+
+
+def moved(bare: float, found: float, room: float = 0.0) -> bool:
+    """Tell whether a value without doubtful joints is another than with them.
+
+    Parameters
+    ----------
+    bare, found
+        The values; both may be infinite.
+    room
+        By how much they may differ beyond what slivers make of them.
+
+    Returns
+    -------
+    bool
+        Whether they differ.
+
+    Notes
+    -----
+    A strip of `SLIVER` of a block moves an arm by that share, and a value with it: a smaller difference says nothing.
+    """
+    return bare != found and not abs(bare - found) <= SLIVER * min(abs(bare), abs(found)) + room
+
+
+def limit_warning(
+    problem: Problem, forces: Floats | None, carried: float, tolerance: float, carried_by: Callable[[Interfaces], float]
+) -> list[str]:
+    """Say which doubtful joints a limit load rests on, and what is carried without them.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    forces
+        Those that carry the multiplier, shape (n_points, 3) [N], or None as in `resting_warning`.
+    carried
+        The multiplier, the lower end of a bracket.
+    tolerance
+        Largest width of the bracket, relative to its upper end.
+    carried_by
+        Gives the multiplier with other interfaces, below zero where the dead load is not carried; asked only where a
+        doubtful joint is loaded.
+
+    Returns
+    -------
+    list of str
+        A sentence, or none.
+
+    Notes
+    -----
     The forces that carry a load without limit are not at hand, so that any joint may be among those that bear it.
     """
-    doubtful = doubtful_joints(problem, None if np.isinf(carried) else forces)
-    if carried <= 0 or not doubtful.any:
+    if carried <= 0:
         return []
-    bare = carried_by(without_doubtful(problem, doubtful))
-    if bare >= (1 - SLIVER - tolerance) * carried:
-        return []
-    words = f"it is {bare:.6g}" if np.isfinite(bare) else "the dead load is not proven to be carried"
-    answer = f"the load is carried up to {carried:.6g}" if np.isfinite(carried) else "any multiple is carried"
-    return doubt_warning(problem, doubtful, answer, words)
+
+    def again(joints: Interfaces) -> float | None:
+        bare = carried_by(joints)
+        return None if bare == -np.inf else bare
+
+    return resting_warning(
+        problem, None if np.isinf(carried) else forces, carried, again,
+        f"the load is carried up to {carried:.6g}" if np.isfinite(carried) else "any multiple is carried",
+        worse=lambda bare, last: bare < (1 - SLIVER - tolerance) * last,
+        words=lambda bare: f"it is {bare:.6g}",
+        falls="the dead load is not proven to be carried",
+    )  # fmt: skip

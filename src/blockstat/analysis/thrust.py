@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,8 @@ import numpy as np
 
 from blockstat.analysis.decision import ASSUMED_FORCE, SHARES, decide, outcome_of
 from blockstat.analysis.limit_load import UNBOUNDED
-from blockstat.analysis.problem import Problem, crushes, pose
+from blockstat.analysis.problem import Problem, crushes, pose, with_joints
+from blockstat.analysis.reserve import SLIVER, moved, resting_warning
 from blockstat.analysis.rims import overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, unit_motion
 from blockstat.certificate import check as certificate
@@ -19,6 +20,7 @@ from blockstat.certificate.functional_bound import value_bound
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.overlap.penetration import overlaps
 from blockstat.errors import InputError, check_choice, check_vector, known_options
+from blockstat.loads import Loads
 from blockstat.program.conic import conic_program
 from blockstat.program.ties import bearing_ties, tie_wrenches
 from blockstat.result import Result, Sentence, finite
@@ -181,12 +183,17 @@ def thrust_range(
         assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
     )
     numbers = support_indices(problem.assembly, supports)
-    thrust = _functional(problem, numbers, direction)
     given = _given(problem, numbers, direction)
     problem, away = with_overlaps(problem), np.zeros((problem.assembly.n_blocks, 6))
     away[numbers, :3] = check_vector("direction", direction) / np.linalg.norm(direction)
-    least = extreme(problem, -thrust, inside, solver, supports=away)
-    greatest = extreme(problem, thrust, inside, solver, supports=-away)
+
+    def ends(problem: Problem, inside: Floats) -> tuple[Extreme, Extreme]:
+        thrust = _functional(problem, numbers, direction)
+        least = extreme(problem, -thrust, inside, solver, supports=away)
+        return least, extreme(problem, thrust, inside, solver, supports=-away)
+
+    least, greatest = ends(problem, inside)
+    doubts = range_warning(problem, least, greatest, ends, "the thrust", given=given, loads=loads, solver=solver)
     return ThrustRange(
         least=given - least.value,
         greatest=given + greatest.value,
@@ -197,7 +204,70 @@ def thrust_range(
         greatest_ties=greatest.ties,
         interfaces=problem.interfaces,
         assembly=problem.assembly,
-        warnings=tuple(dict.fromkeys([*problem.warnings, *least.doubts, *greatest.doubts])),
+        warnings=tuple(dict.fromkeys([*problem.warnings, *least.doubts, *greatest.doubts, *doubts])),
+    )
+
+
+def range_warning(
+    problem: Problem,
+    least: Extreme,
+    greatest: Extreme,
+    ends: Callable[[Problem, Floats], tuple[Extreme, Extreme]],
+    called: str,
+    *,
+    given: float = 0.0,
+    loads: Loads | None,
+    solver: str,
+) -> list[str]:
+    """Say which doubtful joints the ends of a range rest on, and where they are without them.
+
+    Parameters
+    ----------
+    problem : Problem
+        The posed problem.
+    least, greatest : Extreme
+        Of a functional with its sign turned, and of the functional.
+    ends : callable
+        Gives both for a problem and forces strictly inside its cones.
+    called : str
+        The functional in words.
+    given : float, optional
+        What is added to it [N].
+    loads
+        Those that the problem was posed with.
+    solver : str
+        As in `blockstat.assess`.
+
+    Returns
+    -------
+    list of str
+        A sentence, or none.
+    """
+    assert problem.program is not None
+
+    def values(least: Extreme, greatest: Extreme) -> tuple[float, float]:
+        return given - least.value, given + greatest.value
+
+    def again(joints: Interfaces) -> tuple[float, float] | None:
+        stood = standing_on(problem, joints, loads, solver)
+        return None if stood is None else values(*ends(*stood))
+
+    found = values(least, greatest)
+    bounds = [abs(end) for end in found if np.isfinite(end)]
+    room = SLIVER * max(bounds, default=0.0) + 2 * SHARP * problem.program.total_load * problem.program.force_unit
+
+    def words(found: tuple[float, float]) -> str:
+        low, high = (end if abs(end) > room else 0.0 for end in found)
+        return f"lies between {low:.6g} N and {high:.6g} N"
+
+    return resting_warning(
+        problem,
+        np.abs(least.forces) + np.abs(greatest.forces) if len(bounds) == 2 else None,  # rays are no forces
+        found,
+        again,
+        f"{called} {words(found)}",
+        worse=lambda bare, last: any(moved(*pair, room) for pair in zip(bare, last, strict=True)),
+        words=lambda bare: f"it {words(bare)}",
     )
 
 
@@ -233,15 +303,47 @@ def standing(
     problem = pose(assembly, **options)
     if not len(problem.assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; none can move or carry')
-    if problem.program is not None and not len(problem.floating):
-        posed = {"solver": solver, "motions": problem.motions}
-        found = decide(problem.program, solve_penalty(problem.program, **posed), **posed)
-        outcome = outcome_of(found.certificate)
-        if outcome is Outcome.STABLE:
-            return problem, found.force
-        if outcome is Outcome.UNDECIDED:
-            raise InputError(f'"{assembly.name}" is neither proven to stand as it is nor to fall')
-    raise InputError(f'"{assembly.name}" does not stand as it is; {otherwise}')
+    outcome, force = _balanced(problem, solver)
+    if outcome is Outcome.UNDECIDED:
+        raise InputError(f'"{assembly.name}" is neither proven to stand as it is nor to fall')
+    if outcome is not Outcome.STABLE:
+        raise InputError(f'"{assembly.name}" does not stand as it is; {otherwise}')
+    return problem, force
+
+
+def _balanced(problem: Problem, solver: str) -> tuple[Outcome, Floats]:
+    """Whether a problem has forces that balance it, and these."""
+    if problem.program is None or len(problem.floating):
+        return Outcome.UNSTABLE, np.empty((0, 3))
+    posed = {"solver": solver, "motions": problem.motions}
+    found = decide(problem.program, solve_penalty(problem.program, **posed), **posed)
+    return outcome_of(found.certificate), found.force
+
+
+def standing_on(
+    problem: Problem, interfaces: Interfaces, loads: Loads | None, solver: str
+) -> tuple[Problem, Floats] | None:
+    """Return a problem with other joints, and a force field strictly inside its cones.
+
+    Parameters
+    ----------
+    problem : Problem
+        The posed problem.
+    interfaces : Interfaces
+        The joints.
+    loads
+        Those that it was posed with.
+    solver : str
+        As in `blockstat.assess`.
+
+    Returns
+    -------
+    tuple or None
+        As of `standing`; None where it is not proven to stand.
+    """
+    other = with_joints(problem, interfaces, loads)
+    outcome, force = _balanced(other, solver)
+    return (other, force) if outcome is Outcome.STABLE else None
 
 
 def support_indices(assembly: Assembly, supports: Sequence[int | str]) -> Ints:

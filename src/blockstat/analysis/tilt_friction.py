@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from blockstat.analysis.assess import FLOWS, judged
 from blockstat.analysis.coulomb import FAMILY
-from blockstat.analysis.limit_load import DILATES, LoadOutcome, limit_load
-from blockstat.analysis.problem import Problem, cases_of, pose
+from blockstat.analysis.limit_load import DILATES, TOLERANCE, LoadOutcome, limited
+from blockstat.analysis.problem import Problem, cases_of, pose, with_joints
+from blockstat.analysis.reserve import doubtful_joints, moved, resting_warning
 from blockstat.analysis.rims import gap_warnings
-from blockstat.analysis.verdict import Outcome
+from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import keeps_friction, kept_friction, least_friction
 from blockstat.errors import InputError, check_choice, check_positive, known_options
@@ -117,9 +118,8 @@ class Bracket(Result):
         str
             One fact a line.
         """
-        lines, unit = [self.outcome.value], f" {self.unit}" if self.unit else ""
-        if self.worst:
-            lines.append(f"Worst case of the imperfections: {self.worst}.")
+        lines = [self.outcome.value, *([f"Worst case of the imperfections: {self.worst}."] if self.worst else [])]
+        unit = f" {self.unit}" if self.unit else ""
         stands, falls = _told_apart(self.stands, self.falls)
         if not math.isnan(self.stands):
             lines.append(f"Stable at a {self.parameter} of {stands}{unit}.")
@@ -255,49 +255,79 @@ def tilt_limit(
             brackets.append(replace(own, worst=case.words))
         worst = min(brackets, key=lambda own: -1.0 if math.isnan(own.least[0]) else own.least[0])
         return replace(worst, warnings=problem.warnings_with(worst.warnings))
-    return _with_warnings(replace(_tilt(problem, unit, loads, solver, flow), flow=flow), problem, *told)
+    varied = _Varied(problem, lambda own, degrees: _turned(own, unit, degrees), loads, solver, flow)
+    return _with_warnings(varied, lambda own: _tilt(own, unit), *told)
 
 
-def _with_warnings(found: Bracket, problem: Problem, *more: str) -> Bracket:
+class _Varied(NamedTuple):
+    """A problem of which one parameter varies."""
+
+    problem: Problem
+    at: Callable[[Assembly, float], Assembly]  #: the assembly at a value
+    loads: Loads | None
+    solver: str
+    flow: str
+
+    def judge(self, value: float, kinds: Sequence[tuple[float, float]] = FAMILY) -> Verdict:
+        own, there = self.problem, self.at(self.problem.assembly, value)
+        problem = pose(there, friction=None, gravity=None, loads=self.loads, gap=own.gap, interfaces=own.given)
+        return judged(problem, loads=self.loads, solver=self.solver, flow=self.flow, reserve=False, kinds=kinds)
+
+    def answer(self, value: float) -> Answer:
+        found = self.judge(value)
+        return found.outcome, found.score
+
+    def decided(self, kind: tuple[float, float]) -> Callable[[float], Answer]:
+        """Answers without dilatancy: no state found is none, and no score leads to the limit."""
+        none = {Outcome.UNDECIDED: Outcome.STABLE_ONLY_BY_SELF_STRESS}
+        return lambda value: (none.get(outcome := self.judge(value, [kind]).outcome, outcome), math.nan)
+
+
+def _with_warnings(varied: _Varied, bracket: Callable[[_Varied], Bracket], *more: str) -> Bracket:
     """A bracket with what its reader must know of the joints; of near ones where the assembly does not stand."""
-    doubts = gap_warnings(problem, more_may_help=math.isnan(found.stands))
-    return replace(found, warnings=(*problem.warnings, *doubts, *more))
+    problem, found = varied.problem, replace(bracket(varied), flow=varied.flow)
+    told = [*problem.warnings, *gap_warnings(problem, more_may_help=math.isnan(found.stands)), *more]
+    if math.isnan(stands := found.stands) or not doubtful_joints(problem, None).steps:
+        return replace(found, warnings=tuple(told))
+    tilts, room = found.parameter == "tilt", float(np.nan_to_num(abs(found.falls - stands)))
+    # Forces at two tilts that are less than half a turn apart add up to those at each between them.
+    verdicts = [varied.judge(value) for value in ((0.0, stands) if tilts else (stands,))]
+    known = stands < 180.0 and all(verdict.outcome is Outcome.STABLE for verdict in verdicts)
+
+    def again(joints: Interfaces) -> float | None:
+        bare = bracket(varied._replace(problem=with_joints(problem, joints, varied.loads))).stands
+        return None if math.isnan(bare) else bare
+
+    told += resting_warning(
+        problem, np.sum([np.abs(own.forces) for own in verdicts], axis=0) if known else None, stands, again,
+        f"it stands up to {stands:.6g} deg" if tilts else f"a friction of {stands:.6g} is enough",
+        worse=lambda bare, last: (bare < last if tilts else bare > last) and moved(bare, last, room),
+        words=lambda bare: f"it is {bare:.6g} deg" if tilts else f"it is {bare:.6g}",
+    )  # fmt: skip
+    return replace(found, warnings=tuple(told))
 
 
-def _tilt(problem: Problem, unit: Floats, loads: Loads | None, solver: str, flow: str) -> Bracket:
+def _tilt(varied: _Varied, unit: Floats) -> Bracket:
     """The tilt about an axis of unit length that an assembly bears."""
-    asm, shared, gap = problem.assembly, problem.given, problem.gap
+    asm, judge = varied.problem.assembly, varied.answer
     if not len(asm.free):
         return _tilts(180.0, math.nan)
     sideways = np.cross(unit, asm.gravity)
     size = float(np.linalg.norm(asm.gravity))
-
-    def judge(degrees: float, kinds: Sequence[tuple[float, float]] = FAMILY) -> Answer:
-        turned = _rotate(asm.gravity, unit, math.radians(degrees))
-        problem = pose(asm, friction=None, gravity=turned, loads=loads, gap=gap, interfaces=shared)
-        found = judged(problem, loads=loads, solver=solver, flow=flow, reserve=False, kinds=kinds)
-        return found.outcome, found.score
-
     if np.linalg.norm(sideways) < 1e-9 * size:
         return _tilts(180.0, math.nan) if (first := judge(0.0)[0]) is Outcome.STABLE else _tilts(*_nowhere(first, 0.0))
-    follows = loads is None and not (asm.ties or any(law.strong for law in asm.joints))
-    if flow == "associated" and abs(unit @ asm.gravity) < 1e-9 * size and follows:
-        options: dict[str, Any] = {"interfaces": shared, "gap": gap, "solver": solver, "optimum": True}
-        limit = limit_load(asm, acceleration(asm, sideways.tolist()), **options)
+    follows = varied.loads is None and not (asm.ties or any(law.strong for law in asm.joints))
+    if varied.flow == "associated" and abs(unit @ asm.gravity) < 1e-9 * size and follows:
+        options: dict[str, Any] = {"solver": varied.solver, "tolerance": TOLERANCE, "optimum": True, "reserve": False}
+        limit = limited(varied.problem, acceleration(asm, sideways.tolist()), None, **options)
         if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
             return _tilts(*_nowhere(judge(0.0)[0], 0.0))
         if limit.outcome is LoadOutcome.LIMIT:
             return _tilts(math.degrees(math.atan(limit.lower)), math.degrees(math.atan(limit.upper)))
-    if flow == "associated":
+    if varied.flow == "associated":
         return _tilts(*_scan(judge, 180.0, WIDTH))
-    scans = [_scan(lambda degrees, k=kind: _decided(judge(degrees, [k])), 180.0, COULOMB_WIDTH) for kind in FAMILY]
+    scans = [_scan(varied.decided(kind), 180.0, COULOMB_WIDTH) for kind in FAMILY]
     return _of_kinds(scans, "tilt", "deg")
-
-
-def _decided(answer: Answer) -> Answer:
-    """An answer without dilatancy: no state found is none, and no score leads to the limit."""
-    outcome = Outcome.STABLE_ONLY_BY_SELF_STRESS if answer[0] is Outcome.UNDECIDED else answer[0]
-    return outcome, math.nan
 
 
 def _tilts(stands: float, falls: float) -> Bracket:
@@ -435,16 +465,16 @@ def friction_limit(
     posed = pose(
         assembly.with_(friction=top), friction=None, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces
     )
-    shared, told = posed.given, _friction_of_laws(assembly, posed.interfaces)
-    least = least_friction(assembly)
     mixed = any(law.cohesion and (law.tension or law.bond) for law in assembly.joints)
-    told += [MIXED] if mixed else []
+    told = [*_friction_of_laws(assembly, posed.interfaces), *([MIXED] if mixed else [])]
 
-    def judge(mu: float, kinds: Sequence[tuple[float, float]] = FAMILY) -> Answer:
-        varied = assembly.with_(friction=mu)
-        problem = pose(varied, friction=None, gravity=gravity, loads=loads, gap=gap, interfaces=shared)
-        found = judged(problem, loads=loads, solver=solver, flow=flow, reserve=False, kinds=kinds)
-        return found.outcome, found.score
+    varied = _Varied(posed, lambda own, mu: own.with_(friction=mu), loads, solver, flow)
+    return _with_warnings(varied, lambda own: _friction(own, top, width, mixed), *told)
+
+
+def _friction(varied: _Varied, top: float, width: float, mixed: bool) -> Bracket:
+    """The least coefficient of friction up to some with which an assembly stands."""
+    least = least_friction(varied.problem.assembly)
 
     def bracket(judge: Callable[[float], Answer], width: float) -> tuple[float, float]:
         if (first := judge(top)[0]) is not Outcome.STABLE:
@@ -453,13 +483,11 @@ def friction_limit(
             return least, math.nan
         return _proven(_close_in(judge, top, least, width), least, last)
 
-    if flow == "associated":
-        stands, falls = bracket(judge, width)
-        unknown = math.isnan(falls) and stands > least
-        return _with_warnings(Bracket(stands, falls, "friction", open=unknown), posed, *told)
-    width = max(width, COULOMB_FRICTION)
-    found = [bracket(lambda mu, k=kind: _decided(judge(mu, [k])), width) for kind in FAMILY]
-    return _with_warnings(replace(_of_kinds(found, "friction"), flow=flow), posed, *told)
+    if varied.flow == "associated":
+        stands, falls = bracket(varied.answer, width)
+        return Bracket(stands, falls, "friction", open=math.isnan(falls) and stands > least)
+    found = [bracket(varied.decided(kind), max(width, COULOMB_FRICTION)) for kind in FAMILY]
+    return _of_kinds(found, "friction")
 
 
 def _friction_of_laws(assembly: Assembly, interfaces: Interfaces) -> list[str]:
@@ -473,7 +501,9 @@ def _friction_of_laws(assembly: Assembly, interfaces: Interfaces) -> list[str]:
     return [f"{kept.sum()} of {len(kept)} joints {words}"]
 
 
-def _rotate(vector: Floats, axis: Floats, angle: float) -> Floats:
+def _turned(assembly: Assembly, axis: Floats, degrees: float) -> Assembly:
+    """An assembly whose gravity has turned about an axis."""
     from scipy.spatial.transform import Rotation
 
-    return Rotation.from_rotvec(angle * axis).apply(np.array(vector))
+    turn = Rotation.from_rotvec(math.radians(degrees) * axis)
+    return assembly.with_(gravity=turn.apply(np.array(assembly.gravity)))

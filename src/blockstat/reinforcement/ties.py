@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, limit_load
-from blockstat.analysis.problem import checked_loads
-from blockstat.analysis.thrust import extreme, standing, with_overlaps
+from blockstat.analysis.problem import Problem, checked_loads
+from blockstat.analysis.thrust import Extreme, extreme, range_warning, standing, with_overlaps
 from blockstat.assembly import Block
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_density, check_positive, known_options
@@ -146,12 +146,16 @@ def tie_range(
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
     none = f"no force of {assembly.ties[tie].label} within its bounds makes it stand"
     problem, inside = standing(assembly, solver=solver, otherwise=none, **options)
-    column = problem.eq.n_columns - len(problem.ties) + int(np.flatnonzero(problem.ties == tie)[0])
-    functional = np.zeros(3 * problem.eq.n_columns)
-    functional[3 * column] = 1.0
+
+    def ends(problem: Problem, inside: Floats) -> tuple[Extreme, Extreme]:
+        column = problem.eq.n_columns - len(problem.ties) + int(np.flatnonzero(problem.ties == tie)[0])
+        functional = np.zeros(3 * problem.eq.n_columns)
+        functional[3 * column] = 1.0
+        return extreme(problem, -functional, inside, solver), extreme(problem, functional, inside, solver)
+
     problem = with_overlaps(problem)
-    low = extreme(problem, -functional, inside, solver)
-    high = extreme(problem, functional, inside, solver)
+    low, high = ends(problem, inside)
+    doubts = range_warning(problem, low, high, ends, "the force", loads=loads, solver=solver)
     acting = np.linalg.norm(problem.load[problem.assembly.free, :3], axis=1).sum()
     least = -low.value if -low.value > ROUNDING * acting else 0.0
     return TieRange(
@@ -162,7 +166,7 @@ def tie_range(
         greatest_forces=high.forces,
         assembly=problem.assembly,
         proven=low.proven and high.proven,
-        warnings=tuple(dict.fromkeys([*problem.warnings, *low.doubts, *high.doubts])),
+        warnings=tuple(dict.fromkeys([*problem.warnings, *low.doubts, *high.doubts, *doubts])),
     )
 
 

@@ -6,23 +6,23 @@ them, or only inside a region. So one slab of ground may settle in part.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from blockstat.analysis.problem import Problem
-from blockstat.analysis.thrust import admissible, optima, power_on_supports, standing, support_indices
+from blockstat.analysis.reserve import moved, resting_warning
+from blockstat.analysis.thrust import admissible, optima, power_on_supports, standing, standing_on, support_indices
 from blockstat.analysis.verdict import corner_speed, relative_motion
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_vector, known_options
-from blockstat.joint import fits
-from blockstat.loads import numbers
+from blockstat.loads import Loads
 from blockstat.program.bonds import Bonds
-from blockstat.program.ties import tied_pairs
 from blockstat.result import Result, Sentence, counted, finite, listed, plain
+from blockstat.studies.moving_supports import Foundation, in_words, on_supports, parts_that_move
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 MOVING = 0.01
 #: Joints that open or slide by less than this, relative to the movement of the supports, stay shut.
 SHUT = 1e-4
-#: What sticks out of a region by less than this, relative to the block on the support, is rounding.
-ROUNDING = 1e-6
 #: A reaction smaller than this, relative to all loads, is none: what forces leave of equilibrium.
 NO_REACTION = 1e-9
 FALLS_ANYWAY = "it falls without any movement of its supports"  #: says what does not stand
@@ -45,15 +43,6 @@ class SettlementOutcome(Sentence):
     PUSHES = "Pushes: the assembly pushes the moving supports along."
     RESISTS = "Resists: the assembly pushes against the movement of the supports."
     FREE = "Free: the assembly neither pushes the moving supports along nor resists their movement."
-
-
-class Foundation(NamedTuple):
-    """A part of the supports that moves as one."""
-
-    name: str
-    displacement: Floats  #: shape (3,) [m]
-    joints: Ints  #: numbers of the interfaces on it
-    reaction: Floats  #: force of the assembly on it, with bonds and ties, shape (3,) [N]
 
 
 class Crack(NamedTuple):
@@ -151,10 +140,10 @@ class Settlement(Result):
             self.outcome.value,
             f"Force on the moving supports along the movement, with dilatant friction: {self.reaction:.6g} N.",
         ]
-        for name, moved, joints, reaction in self.foundations:
+        for name, displacement, joints, reaction in self.foundations:
             lines.append(
-                f"{name} moves by ({_numbers(1e3 * moved)}) mm with {counted(len(joints), 'joint')} on it, and carries "
-                f"({_numbers(reaction)}) N."
+                f"{name} moves by ({in_words(1e3 * displacement)}) mm with {counted(len(joints), 'joint')} on it, and "
+                f"carries ({in_words(reaction)}) N."
             )
         speed = corner_speed(self.assembly, self.mechanism)
         order = np.argsort(-speed, kind="stable")
@@ -187,11 +176,11 @@ class Settlement(Result):
             "foundations": [
                 {
                     "name": name,
-                    "displacement": [float(part) for part in moved],
+                    "displacement": [float(part) for part in displacement],
                     "reaction": [float(part) for part in reaction],
                     "joints": len(joints),
                 }
-                for name, moved, joints, reaction in self.foundations
+                for name, displacement, joints, reaction in self.foundations
             ],
             "cracks": [
                 {"blocks": list(crack.blocks), "opening": crack.opening, "slip": crack.slip} for crack in self.cracks()
@@ -267,20 +256,7 @@ def settle(
     problem, inside = standing(assembly, solver=solver, otherwise=FALLS_ANYWAY, **options)
     if not isinstance(moves, Mapping) or not moves:
         raise InputError(f'"{assembly.name}": no supports move; name them, as in {{"ground": (0, 0, -0.01)}}')
-    parts = []
-    for where, given in moves.items():
-        displacement = check_vector(f"{_called(where)}: displacement", given)
-        supports, joints = _part(problem, where)
-        parts.append((Foundation(_called(where), displacement, joints, np.zeros(3)), supports))
-    counts = np.bincount(np.concatenate([part.joints for part, _ in parts]), minlength=problem.interfaces.n_interfaces)
-    if (counts > 1).any():
-        names = " and ".join(f'"{problem.assembly.names[i]}"' for i in problem.interfaces.pair[np.argmax(counts)])
-        raise InputError(f"two moves share the joint of {names}; let each joint belong to one of them")
-    whole, times = np.unique(np.concatenate([supports for _, supports in parts]), return_counts=True)
-    if (times > 1).any():
-        name = problem.assembly.names[whole[np.argmax(times)]]
-        raise InputError(f'two moves share the support "{name}"; let each support belong to one of them')
-    return _settled(problem, inside, parts, solver)
+    return _settled(problem, inside, lambda own: parts_that_move(own, moves), loads, solver)
 
 
 @known_options
@@ -339,12 +315,42 @@ def settlement(
     moving = support_indices(problem.assembly, supports)
     unit = check_vector("direction", direction)
     unit = unit / np.linalg.norm(unit)
-    joints = np.flatnonzero(_on_supports(problem) & np.isin(problem.interfaces.pair, moving).any(axis=1))
-    part = Foundation("supports", unit, joints, np.zeros(3))
-    return replace(_settled(problem, inside, [(part, moving)], solver), foundations=())
+
+    def parts(problem: Problem) -> list[tuple[Foundation, Ints]]:
+        joints = np.flatnonzero(on_supports(problem) & np.isin(problem.interfaces.pair, moving).any(axis=1))
+        return [(Foundation("supports", unit, joints, np.zeros(3)), moving)]
+
+    return replace(_settled(problem, inside, parts, loads, solver), foundations=())
 
 
-def _settled(problem: Problem, inside: Floats, parts: Sequence[tuple[Foundation, Ints]], solver: str) -> Settlement:
+def _settled(
+    problem: Problem,
+    inside: Floats,
+    parts: Callable[[Problem], list[tuple[Foundation, Ints]]],
+    loads: Loads | None,
+    solver: str,
+) -> Settlement:
+    """What follows when parts of the supports move, with the doubtful joints that the reaction rests on."""
+    found = _follows(problem, inside, parts(problem), solver)
+
+    def again(joints: Interfaces) -> float | None:
+        stood = standing_on(problem, joints, loads, solver)
+        try:
+            return None if stood is None else _follows(*stood, parts(stood[0]), solver).reaction
+        except InputError:  # nothing that is left stands on a part, or no forces are proven
+            return None
+
+    thin = resting_warning(
+        problem, found.forces, found.reaction, again,
+        f"the force on the moving supports is {found.reaction:.6g} N",
+        worse=lambda bare, last: moved(bare, last, _no_reaction(problem)),
+        words=lambda bare: f"it is {bare:.6g} N",
+        falls="it is not known",
+    )  # fmt: skip
+    return replace(found, warnings=(*found.warnings, *thin))
+
+
+def _follows(problem: Problem, inside: Floats, parts: Sequence[tuple[Foundation, Ints]], solver: str) -> Settlement:
     """What follows when parts of the supports move; beside each stand the supports that move whole with it."""
     program = problem.program
     assert program is not None
@@ -396,91 +402,11 @@ def _reaction(problem: Problem, joints: Ints, supports: Ints, force: Floats) -> 
 
 def _beyond_rounding(problem: Problem, reaction: Floats) -> Floats:
     """Reactions, with zero in place of what forces leave of equilibrium."""
-    loads = np.linalg.norm(problem.load[~problem.assembly.support, :3], axis=1).sum()
-    bound = NO_REACTION * max(float(loads), problem.assembly.free_weight)
-    found: Floats = np.where(np.abs(reaction) <= bound, 0.0, reaction)
+    found: Floats = np.where(np.abs(reaction) <= _no_reaction(problem), 0.0, reaction)
     return found
 
 
-def _on_supports(problem: Problem) -> np.ndarray:
-    """Interfaces between a support and a free block, shape (n_interfaces,)."""
-    return problem.assembly.support[problem.interfaces.pair].sum(axis=1) == 1
-
-
-def _part(problem: Problem, where: Any) -> tuple[Ints, Ints]:
-    """Supports that move whole, and the joints that move with them."""
-    assembly, faces = problem.assembly, problem.interfaces
-    between = _on_supports(problem)
-    if isinstance(where, tuple):
-        lower, upper = np.sort(np.asarray(where, dtype=float).reshape(2, 3), axis=0)
-        inside = [_lies_in(problem, k, lower, upper, _called(where)) for k in np.flatnonzero(between).tolist()]
-        found = np.flatnonzero(between)[np.array(inside, dtype=bool)]
-        if not len(found):
-            raise InputError(f"{_called(where)}: no joint of a support lies in this box")
-        return np.empty(0, dtype=np.int64), found
-    named = np.zeros(assembly.n_blocks, dtype=bool)
-    if isinstance(where, str) and where not in assembly.names:
-        named |= np.array([fits(where, group) for group in assembly.groups])
-    if not named.any():
-        named[assembly.blocks_named(where, "foundations")] = True
-    # A group that holds supports and what stands on them means the supports.
-    supports = np.flatnonzero(named & assembly.support)
-    sides = named & assembly.support if len(supports) else named
-    found = np.flatnonzero(between & sides[faces.pair].any(axis=1))
-    ends = tied_pairs(assembly)
-    anchors = ends[~assembly.support[ends].all(axis=1)]
-    if not len(found) and not np.isin(anchors, supports).any():
-        what = "nothing rests on it or is tied to it" if len(supports) else "it does not stand on a support"
-        raise InputError(f"{_called(where)}: {what}, so no support can move there")
-    return supports, found
-
-
-def _lies_in(problem: Problem, joint: int, lower: Floats, upper: Floats, called: str) -> bool:
-    """Whether a joint lies in a box, or beside it; one that lies partly in it is refused."""
-    assembly, pair = problem.assembly, problem.interfaces.pair[joint]
-    corners = problem.interfaces.outline(joint)
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    slack = ROUNDING * float(assembly.size[pair[~assembly.support[pair]]].min())
-    beyond = np.maximum(lower - low, high - upper)
-    if (beyond <= slack).all():
-        return True
-    # Where the joint is flat it may lie in a face of the box; where it is wide, touching a face is to lie beside it.
-    margin = np.where(high - low > 2 * slack, slack, -slack)
-    if not len(_cut_to(corners, lower + margin, upper - margin)):
-        return False
-    k = int(np.argmax(beyond))
-    a, b = (assembly.names[block] for block in pair)
-    ends = np.round([[low[k], high[k]], [lower[k], upper[k]]], 9) + 0.0  # no -0
-    joint_ends, box_ends = (f"from {one:.7g} to {two:.7g} m" for one, two in ends)
-    raise InputError(
-        f'{called}: the joint of "{a}" and "{b}" lies partly in this box: it is {joint_ends} in {"xyz"[k]}, the box '
-        f"{box_ends}; the box must hold whole joints, so divide the support or the block there, or take a box that "
-        "holds the joint"
-    )
-
-
-def _cut_to(corners: Floats, lower: Floats, upper: Floats) -> Floats:
-    """Return the corners of the part of a convex polygon, or of a line, that lies in a box."""
-    for axis in range(3):
-        for side, bound in ((1.0, lower[axis]), (-1.0, upper[axis])):
-            inside = side * (corners[:, axis] - bound)
-            follow, then = np.roll(corners, -1, axis=0), np.roll(inside, -1)
-            crossed = inside * then < 0
-            share = inside / np.where(crossed, inside - then, 1.0)
-            both = np.stack([corners, corners + share[:, None] * (follow - corners)], axis=1)
-            corners = both[np.stack([inside >= 0, crossed], axis=1)]
-    return corners
-
-
-def _called(where: Any) -> str:
-    if isinstance(where, tuple):
-        if numbers(where).shape != (6,) or not np.isfinite(numbers(where)).all():
-            raise InputError(f"a region is {where!r}; it must be six numbers, x0, y0, z0, x1, y1, z1")
-        return f"region ({_numbers(where)})"
-    if not isinstance(where, (str, int, np.integer)):
-        raise InputError(f"a part that moves is {where!r}; it must be a block, a group or the six numbers of a region")
-    return f'"{where}"'
-
-
-def _numbers(values: Any) -> str:
-    return ", ".join(f"{float(part):.4g}" for part in values)
+def _no_reaction(problem: Problem) -> float:
+    """What forces leave of equilibrium [N]."""
+    loads = np.linalg.norm(problem.load[~problem.assembly.support, :3], axis=1).sum()
+    return NO_REACTION * max(float(loads), problem.assembly.free_weight)

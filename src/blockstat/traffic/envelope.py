@@ -16,8 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.limit_load import limit_load
-from blockstat.analysis.thrust import standing
+from blockstat.analysis.limit_load import limited
+from blockstat.analysis.problem import Problem
+from blockstat.analysis.reserve import limit_warning
+from blockstat.analysis.thrust import standing, standing_on
 from blockstat.analysis.verdict import unit_motion
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.overlap.searched import searched_joints
@@ -215,19 +217,32 @@ def moving_load(
     if spread is None:
         place, side, wrenches = with_other_lane(road, train, place, side, joint, wrenches)
     problem = replace(problem, warnings=(*problem.warnings, *unloaded_warnings(road, train, wrenches)))
-    given: dict[str, Any] = {"loads": loads, "gap": gap, "interfaces": interfaces}
-    judge = partial(limit_load, problem.assembly, **given, solver=solver, tolerance=FINER * tolerance)
+    how: dict[str, Any] = {"solver": solver, "tolerance": FINER * tolerance, "optimum": False, "reserve": False}
     stand = partial(standing, problem.assembly, **options | {"friction": None, "gravity": None}, solver=solver)
-    search = PlaceBrackets(problem, inside, wrenches, place, solver, tolerance, judge, stand)
+
+    def search_on(problem: Problem, inside: Floats) -> PlaceBrackets:
+        judge = partial(limited, problem, loads=loads, **how)
+        return PlaceBrackets(problem, inside, wrenches, place, solver, tolerance, judge, stand)
+
+    def carried_by(joints: Interfaces) -> float:
+        stood = standing_on(problem, joints, loads, solver)
+        if stood is None:
+            return -np.inf
+        fewer = search_on(*stood)
+        fewer.run_worst()
+        return fewer.least
+
+    search = search_on(problem, inside)
     if only_worst:
         search.run_worst()
     else:
         search.run()
-    return _answer(search, side)
+    thin = limit_warning(problem, search.carrying, search.least, 2 * tolerance, carried_by)
+    return _answer(search, side, thin)
 
 
-def _answer(found: PlaceBrackets, side: Ints) -> MovingLoad:
-    """What was found."""
+def _answer(found: PlaceBrackets, side: Ints, thin: list[str]) -> MovingLoad:
+    """What was found, and what is said of doubtful joints."""
     least = float(found.upper.min())
     bounded = np.isfinite(least)
     worst = int(np.argmin(found.upper if bounded else found.lower))
@@ -243,7 +258,7 @@ def _answer(found: PlaceBrackets, side: Ints) -> MovingLoad:
         mechanism=unit_motion(found.problem.assembly, found.problem.to_blocks(twist)),
         solves=found.solves,
         assembly=found.problem.assembly,
-        warnings=tuple(dict.fromkeys([*found.problem.warnings, *found.told])),
+        warnings=tuple(dict.fromkeys([*found.problem.warnings, *found.told, *thin])),
     )
 
 

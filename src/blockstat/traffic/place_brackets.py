@@ -60,6 +60,21 @@ class PlaceBrackets:
         self.lower[none] = np.inf
         self.program: PenaltyProgram = self.problem.program  # type: ignore[assignment]
 
+    @property
+    def least(self) -> float:
+        """The multiplier that is carried at every place."""
+        return float(np.minimum(self.lower, self.upper).min())
+
+    @property
+    def carrying(self) -> Floats | None:
+        """How strong the forces at each contact point are in all that carry, shape (n_points, 3) [N].
+
+        None where they are not at hand, as those of a place where any multiple is carried.
+        """
+        if self.unbounded or not self.fields:
+            return None
+        return np.sum([np.abs(self.problem.to_points(force)) for force in self.fields.values()], axis=0)
+
     def run(self) -> None:
         """Solve where the bounds do not meet, coarse steps first."""
         # While the axles stay on their blocks the load is linear in its place, and what is known at the first and the
