@@ -4,7 +4,7 @@ import logging
 import time
 from dataclasses import replace
 from math import isnan, nan
-from unittest.mock import Mock
+from unittest.mock import MagicMock, Mock
 
 import numpy as np
 import pytest
@@ -12,12 +12,13 @@ import pytest
 from blockstat import Assembly, Imperfections, InputError, JointLaw, assess, box, build, load_scene, show, write
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.app.background import Crashed, Ended, Limits, Worker
-from blockstat.app.controls import named
+from blockstat.app.controls import Controls, named
 from blockstat.app.design import PUSHES, Failed, Judged, Pushed, Question, Scored, Slipped, Stopped, open_model
 from blockstat.app.evaluation import evaluated, slower_results
-from blockstat.app.files import report_file, scene_file
+from blockstat.app.files import left_out, report_file, scene_file
 from blockstat.app.follow import Follower
 from blockstat.app.words import Known, block_card, headline, numbers
+from blockstat.errors import InputWarning
 from blockstat.io.scene_text import scene_text
 from blockstat.view.three_d.arrows import force_arrows, thrust_arrows
 from blockstat.view.three_d.colouring import CHOICES, colouring, tension
@@ -140,6 +141,8 @@ def test_a_saved_scene_has_the_material_of_the_page_and_says_what_it_cannot_have
     values = {**model.start, "wall.thickness": 0.4, "friction": 0.2, "density": 1800.0, "rounded_edges": 5.0}
     again.write_bytes(scene_file(model, values)[1])
     assert again.read_text().startswith("# rounded_edges = 5 mm was set on the page")
+    assert '--imperfection "edge=5 mm"' in left_out(model, values)
+    assert left_out(model, {**values, "rounded_edges": 0.0}) == ""
     saved, shown = build(load_scene(again)), model.built(values)
     assert saved.friction == shown.friction == 0.2
     assert (saved.density == shown.density).all()
@@ -369,6 +372,113 @@ def test_the_scores_that_memory_leaves_open_come_later(hut):
     assert "not known yet" in colouring("tension", again.verdict).legend
 
 
+def test_how_blocks_move_first_is_told_as_the_command_tells_it(hut):
+    """Of the many mechanisms that prove a fall the page tells the one of least residual tension, once it is known."""
+    model, memory = open_model(hut), Memory()
+    thin = {**model.start, "wall.thickness": 0.15}
+    first = [evaluated(Question(number, model, thin), memory).verdict for number in (1, 2)][-1]
+    assert isnan(first.score)  # decided by the evidence of the question before
+    assert first.mechanism.any()
+    early = Known(first)
+    assert not early.shows_motion
+    assert "Unstable" in headline(early)
+    assert "follows" in headline(early)
+    assert not any(name in headline(early) for name in first.assembly.names)
+    assert "in the mechanism" not in block_card(first, int(first.moving[0]), shows_motion=early.shows_motion)
+    scored = Known(told_of(first)[0].verdict)
+    told = assess(model.built(thin)).explain()
+    assert scored.shows_motion
+    words = headline(scored)
+    assert told.partition("First to move: ")[2].partition(",")[0] in words
+    for kind in ("Slides at", "Opens as a hinge at", "Parts at"):
+        assert (kind in words) == (kind in told)
+    stopped = headline(replace(early, stopped=True))
+    assert "First to move" in stopped
+    assert "was not found here" in stopped
+
+
+def jammed():
+    """A stone between two walls, with nothing below it and nothing that presses the walls together."""
+    walls = [box((-1, 0, 0), (0, 1, 1), name="left"), box((1, 0, 0), (2, 1, 1), name="right")]
+    return Assembly.from_blocks([*walls, box((0, 0, 0), (1, 1, 1), name="stone")], supports=["left", "right"])
+
+
+def test_the_report_of_the_page_has_the_verdict_without_self_stress(tmp_path):
+    """Friction holds the stone only if the walls press on it, and nothing makes them: it falls."""
+    pytest.importorskip("viser")
+    model = open_model(write(jammed(), tmp_path / "jammed.json"))
+    known = Known(evaluated(Question(1, model, model.start), Memory()).verdict, values=model.start)
+    assert known.verdict.outcome.word == "stable"
+    assert "real joints may carry less" in headline(known)
+    report = report_file(known)[1].decode()
+    assert "Without dilatancy and self-stress (Coulomb friction): stable only by self-stress" in report
+    assert "Not asked for" in report
+    assert "…" not in report.partition("<h2>Pictures")[0].partition("<iframe")[0]
+    assert "<dt>least friction with which it stands</dt><dd>not found yet when this was saved</dd>" in report
+    again = report_file(replace(known, slipped=Slipped(1, 0.5, 0.0)))[1].decode()
+    assert "<dt>least friction with which it stands</dt><dd>0.500</dd>" in again
+
+
+def test_the_report_of_rounded_edges_is_of_the_joints_that_are_left(tmp_path):
+    """A cube of 1 m that has lost 20 mm at each edge tips at .96 of its slope; it would slide at 2."""
+    pytest.importorskip("viser")
+    model = open_model(write(stack(1, 1.0, 1.0, friction=2.0), tmp_path / "cube.json"))
+    values = {**model.start, "rounded_edges": 20.0}
+    report = report_file(Known(evaluated(Question(1, model, values), Memory()).verdict, values=values))[1].decode()
+    assert "Least limit load (associated friction): 0.96" in report
+    assert "joints lose 20 mm at each edge" in report
+
+
+def test_load_cases_that_do_not_act_are_named_on_the_page_in_its_report_and_in_the_terminal(tmp_path):
+    pytest.importorskip("viser")
+    from blockstat.app.server import serve
+
+    path = tmp_path / "bridge.toml"
+    path.write_text(BRIDGE)
+    model = open_model(path)
+    known = Known(evaluated(Question(1, model, model.start), Memory()).verdict)
+    for text in (model.idle, headline(known), report_file(known)[1].decode()):
+        assert "No load case acts on this page, only the weight: traffic, storm." in text
+    with pytest.warns(InputWarning, match="traffic, storm"), pytest.raises(InputError, match="no such directory"):
+        serve(path, folder=tmp_path / "absent")
+    path.write_text(BRIDGE.partition("[cases")[0])
+    assert open_model(path).idle == "No load acts on this page, only the weight: truck."
+    path.write_text(BRIDGE.partition("[loads")[0])
+    assert open_model(path).idle == ""
+
+
+def test_what_a_scene_names_itself_has_no_unit(tmp_path):
+    path = tmp_path / "bridge.toml"
+    path.write_text(BRIDGE)
+    gui = MagicMock()
+    Controls(gui, open_model(path).ranges, print)
+    labels = [call.args[0] for call in gui.add_slider.call_args_list]
+    assert labels == ["stones", "friction", "density [kg/m³]", "rounded edges [mm]"]
+
+
+BRIDGE = """
+name = "bridge"
+[parameters]
+stones = { value = 9, min = 7, max = 11, step = 2 }
+[elements.ring]
+kind = "arch"
+span = 4.0
+thickness = 0.5
+depth = 2.0
+voussoirs = "= stones"
+[loads.truck]
+kind = "dispersed"
+point = [1.0, 0, 3.0]
+force = 20e3
+spread = 0.5
+footprint = [0.3, 1.8]
+[cases.traffic]
+factors = { truck = 8.0 }
+[cases.storm]
+factors = { truck = 1.0 }
+"""
+
+
 class Sent(list):
     """A channel that keeps what is sent."""
 
@@ -508,7 +618,16 @@ def test_a_page_without_a_browser_follows_its_values(hut, capfd):
         page.post(lambda: page.set_values({"wall.thickness": 0.1}))
         wait(lambda: page.known.verdict.outcome.word == "unstable")
         wait(lambda: page.known.slipped is not None)
-        assert page.known.verdict.score == assess(build_of(page)).score
+        found = assess(build_of(page))
+        assert page.known.verdict.score == found.score
+        assert np.array_equal(page.known.verdict.moving, found.moving)
+        assert f"First to move: {found.assembly.names[found.moving[0]]}" in page.layout.headline.content
+        # A number between two steps of .05 from .1 is put to the nearer one, with a sentence.
+        page.controls._handles["wall.thickness"].value = 0.43
+        wait(lambda: "0.43 m is between steps of 0.05 m from 0.1 m; 0.45 m is used" in page.layout.note.content)
+        wait(lambda: page.controls.value("wall.thickness") == page.values["wall.thickness"] == 0.45)
+        page.controls._handles["wall.thickness"].value = 0.5
+        wait(lambda: page.values["wall.thickness"] == 0.5 and page.layout.note.content == "")
     assert "Traceback" not in capfd.readouterr().err
 
 
@@ -523,7 +642,7 @@ def test_a_report_is_of_one_design_with_its_own_values(hut, tmp_path):
         wait(lambda: page.known is not None)
         page.post(lambda: page.set_values({"windows.north.number": 2.0}))
         wait(lambda: "windows.north" in page.layout.trouble.content)
-        assert "<td>windows.north.number</td><td>0</td>" in report_file(page.known)[1].decode()
+        assert "<dt>windows.north.number</dt><dd>0</dd>" in report_file(page.known)[1].decode()
         page.post(lambda: page.open(open_model(broken)))
         wait(lambda: "No verdict" in page.layout.headline.content)
         page.layout._save(None, lambda: report_file(page.layout._shown()))

@@ -97,6 +97,33 @@ def test_a_number_outside_its_range_is_told_with_what_is_used(hut, capfd):
         tab.page.get_by_text("is outside").first.wait_for(state="detached")
 
 
+def test_a_decimal_comma_is_a_point_and_letters_are_not_taken(hut, capfd):
+    with live(hut, capfd) as (page, open_tab):
+        tab = open_tab()
+        tab.sees("Stable", exact=True)
+        box = tab.page.locator("input[inputmode=decimal]").locator("visible=true").first
+        for text, used in (("0,4", 0.4), ("5e-1", 0.5), ("0,43", 0.45)):
+            tab.number(0, text)
+            for _ in range(100):
+                if page.values["wall.thickness"] == used:
+                    break
+                tab.page.wait_for_timeout(50)
+            assert page.values["wall.thickness"] == used
+        box.click()
+        box.press("Control+a")
+        tab.page.keyboard.type("0,4", delay=30)
+        tab.page.wait_for_timeout(1000)
+        assert page.values["wall.thickness"] == 0.4
+        box.press("Control+a")
+        tab.page.keyboard.type("0.5e9", delay=30)
+        assert "e is not taken" in box.evaluate("part => part.validationMessage")
+        assert box.input_value() == "0.5"
+        box.fill("")
+        box.press("Tab")
+        tab.page.wait_for_timeout(500)
+        assert float(box.input_value()) == page.values["wall.thickness"] == 0.5
+
+
 @pytest.mark.parametrize("size", [SIZES[0], SIZES[-1]])
 def test_the_keyboard_reaches_every_control_and_moves_the_design(hut, capfd, size):
     with live(hut, capfd) as (_, open_tab):

@@ -72,9 +72,34 @@ def test_the_page_gives_all_verdicts_and_the_least_direction(page):
     assert "Simulation (Bullet) Not asked for." in text
     assert "is 0.25 times gravity, towards +y." in text
     assert "Least limit load (associated friction): 0.25 " in text
-    assert "real ones may carry less" in text
+    assert "Real joints may carry less." in text
     assert "Mechanism of the limit load, 0.5 towards -x." in text
     assert text.index("Sources of the method") > text.index("Warnings None.")
+
+
+def test_the_least_limit_load_has_what_is_carried_without_dilatancy_beside_it(page, monkeypatch):
+    """A slab .5 m deep and 2 m high tips at .25 without sliding: dilatancy gives it nothing."""
+    text = words(page)
+    low, high = map(
+        float, re.search(r"self-stress ([\d.]+) is carried in that direction, and ([\d.]+) is", text).groups()
+    )
+    assert low <= 0.25 <= high <= 1.01 * low
+    monkeypatch.setattr(assessment, "FEW", 0)
+    many = words(assessment_html(assess_fully(slab(), directions=4)))
+    assert "blockstat limit FILE --load=0,1,0 --flow coulomb finds how much" in many
+    for found in (text, many):
+        assert "flow=" not in found
+        assert "tightnesses=" not in found
+
+
+def test_what_only_self_stress_holds_carries_nothing_without_it():
+    """A stone between two walls that nothing presses together: friction holds it on paper."""
+    walls = [box((-1, 0, 0), (0, 1, 1), name="left"), box((1, 0, 0), (2, 1, 1), name="right")]
+    jammed = Assembly.from_blocks([*walls, box((0, 0, 0), (1, 1, 1), name="stone")], supports=["left", "right"])
+    found = assess_fully(jammed, directions=4)
+    assert found.coulomb.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS
+    stands = replace(found, directions=assess_fully(slab(), directions=4).directions)
+    assert "Without dilatancy and self-stress none is carried" in words(assessment_html(stands))
 
 
 def test_what_is_not_there_has_no_heading(page):

@@ -12,6 +12,7 @@ from blockstat.analysis.certificate_cache import Memory
 from blockstat.app.background import Crashed, Refused
 from blockstat.app.design import Question, open_model
 from blockstat.app.evaluation import evaluated
+from blockstat.app.files import report_file
 from blockstat.app.words import Known
 from blockstat.design_search.search import Candidate
 from blockstat.result import millimetres
@@ -62,6 +63,9 @@ def test_what_falls_is_shown_falling_further_than_its_verdict_needs():
     for _, value, limit in criteria(fallen.verdict):
         assert millimetres(value) in text
         assert millimetres(limit) in text
+    report = report_file(Known(assess(leaning()), simulated=fallen.verdict))[1].decode()
+    assert fallen.verdict.outcome.value.partition(": ")[2][1:] in report
+    assert "Not asked for" not in report
 
 
 def test_what_turns_too_far_fails_a_criterion():
@@ -77,7 +81,7 @@ def test_what_turns_too_far_fails_a_criterion():
 def test_a_run_that_ends_before_its_film_leaves_the_verdict():
     panel = FallPanel()
     panel._worker = worker = Mock()
-    panel._text = panel._stop = panel._go = Mock()
+    panel._text = panel._stop = panel._go = panel._page = Mock()
     panel._known, panel._began, panel._fallen = Known(assess(stack(1))), 0.0, None
     verdict = SimpleNamespace(
         outcome=SimpleNamespace(word="falls", value="it falls"), first_block="", group="", warnings=(),
@@ -90,6 +94,7 @@ def test_a_run_that_ends_before_its_film_leaves_the_verdict():
     ):
         panel._worker = worker
         panel._told(worker, Fallen(verdict, ""))
+        panel._page.simulated.assert_called_with(verdict)
         assert "the film is being made" in panel._text.content
         end()
         assert "it falls" in panel._text.content

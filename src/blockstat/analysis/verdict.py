@@ -30,8 +30,9 @@ HANGS = (
 #: What is said in place of "no displacement was found" where blocks fall freely: in some joints there may be one.
 FALLS = "Stable only by self-stress: a force field exists, but blocks fall freely from joints that nothing has pressed."
 UNTRIED = "Other tightnesses of the joints were not tried (tightnesses=12)."
-#: What a plain "stable" leaves open.
-ASSOCIATED = 'Friction is associated and self-stress counts: real joints may carry less (see flow="coulomb").'
+#: What a plain "stable" leaves open, and what answers it.
+CAVEAT = "Friction is associated and self-stress counts: real joints may carry less"
+ASSOCIATED = f'{CAVEAT} (see flow="coulomb").'
 
 
 class Outcome(Sentence):

@@ -13,12 +13,15 @@ if TYPE_CHECKING:
 
     from blockstat.spec import Range
 
-#: Units by the last name of a path; all others are lengths.
+#: Units by the last name of a path; all others are lengths, but those that a scene names itself: they may be anything.
 UNITS = {
     "density": "kg/m³", "rounded_edges": "mm", **dict.fromkeys(("skew", "start", "end", "turn"), "°"),
     **dict.fromkeys(("friction", "present", "number", "courses", "voussoirs", "rings", "leaves", "segment"), ""),
 }  # fmt: skip
 LENGTH = "m"
+NAMED_BY_SCENE = "parameters."  #: how the paths of those begin
+#: Decimals that a box takes: a number between two steps reaches the page, which says what it takes instead.
+DECIMALS = 9
 
 
 class Controls:
@@ -110,8 +113,34 @@ def named(path: str) -> tuple[str, str]:
     return " ".join(parents) or "material", label.replace("_", " ")
 
 
-def outside(path: str, value: float, found: Range, used: float) -> str:
-    """Return that a number lies outside its range, and what is used instead.
+def taken(value: float, found: Range) -> float:
+    """Return the value of a slider that is nearest to a number within its range.
+
+    Parameters
+    ----------
+    value : float
+        The number that was typed.
+    found : Range
+        Bounds and step.
+
+    Returns
+    -------
+    float
+        A whole number of steps from the lower bound, or the upper bound.
+
+    Examples
+    --------
+    >>> from blockstat.app.controls import taken
+    >>> from blockstat.spec import Range
+    >>> [taken(value, Range(0.6, 0.3, 0.8, 0.1)) for value in (0.449, 0.56, 0.8)]
+    [0.4, 0.6, 0.8]
+    """
+    steps = round((value - found.min) / found.step)
+    return round(min(found.min + steps * found.step, found.max), DECIMALS)
+
+
+def refused(path: str, value: float, found: Range, used: float) -> str:
+    """Return why a number is not taken as it was typed, and what is used instead.
 
     Parameters
     ----------
@@ -120,7 +149,7 @@ def outside(path: str, value: float, found: Range, used: float) -> str:
     value : float
         The number that was typed.
     found : Range
-        Its bounds.
+        Its bounds and step.
     used : float
         The value of the design on show.
 
@@ -131,20 +160,26 @@ def outside(path: str, value: float, found: Range, used: float) -> str:
 
     Examples
     --------
-    >>> from blockstat.app.controls import outside
+    >>> from blockstat.app.controls import refused
     >>> from blockstat.spec import Range
-    >>> print(outside("wall.thickness", 5.0, Range(0.6, 0.3, 0.8, 0.1), 0.6).partition(">")[2])
+    >>> thickness = Range(0.6, 0.3, 0.8, 0.1)
+    >>> print(refused("wall.thickness", 5.0, thickness, 0.6).partition(">")[2])
     wall.thickness: 5 m is outside 0.3 to 0.8 m; 0.6 m is used</div>
+    >>> print(refused("wall.thickness", 0.449, thickness, 0.4).partition(">")[2])
+    wall.thickness: 0.449 m is between steps of 0.1 m from 0.3 m; 0.4 m is used</div>
     """
     unit = _unit(path)
-    words = f"{path}: {value:g}{unit} is outside {found.min:g} to {found.max:g}{unit}; {used:g}{unit} is used"
+    why = f"is outside {found.min:g} to {found.max:g}{unit}"
+    if found.min <= value <= found.max:
+        why = f"is between steps of {found.step:g}{unit} from {found.min:g}{unit}"
+    words = f"{path}: {value:.9g}{unit} {why}; {used:g}{unit} is used"
     box = f"{TROUBLE};margin:0 10px .6em;font-size:.85em"
     return f'<div role="alert" style="{box}">{escape(words)}</div>'
 
 
 def _unit(path: str) -> str:
     """The unit of a parameter with a space before it, empty for a pure number."""
-    unit = UNITS.get(path.rpartition(".")[2], LENGTH)
+    unit = "" if path.startswith(NAMED_BY_SCENE) else UNITS.get(path.rpartition(".")[2], LENGTH)
     return f" {unit}" if unit not in ("", "°") else unit
 
 
@@ -154,7 +189,7 @@ def _control(gui: viser.GuiApi, label: str, path: str, found: Range) -> Any:
     label = f"{label} [{unit.strip()}]" if unit else label
     if (found.min, found.max, found.step) == (0, 1, 1):
         return gui.add_checkbox(label, bool(found.value), hint=hint)
-    whole = all(float(value).is_integer() for value in (found.min, found.max, found.step, found.value))
-    kind = int if whole else float
-    low, high, value = kind(found.min), kind(found.max), kind(found.value)
-    return gui.add_slider(label, low, high, kind(min(found.step, found.max - found.min)), value, hint=hint)
+    step = min(found.step, found.max - found.min)
+    slider = gui.add_slider(label, float(found.min), float(found.max), float(step), float(found.value), hint=hint)
+    slider.precision = DECIMALS
+    return slider

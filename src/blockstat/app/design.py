@@ -64,6 +64,13 @@ class Model:
         return {path: found.value for path, found in self.ranges.items()}
 
     @property
+    def idle(self) -> str:
+        """That the load cases of the file do not act on the page, in words; empty where it has none."""
+        if self.assembly is not None:
+            return idle_loads(self.assembly)
+        return _idle_words(list(self.scene.loads), list(self.scene.cases))
+
+    @property
     def own_ranges(self) -> dict[str, Range]:
         """The ranges that the scene itself has, which a search may move.
 
@@ -178,6 +185,36 @@ class Model:
         is_table = isinstance(scene.material, dict)
         material = scene.material | changes if is_table else msgspec.structs.replace(scene.material, **changes)
         return msgspec.structs.replace(scene, material=material)
+
+
+def idle_loads(assembly: Assembly) -> str:
+    """Return that the load cases of an assembly do not act on the page.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks with the loads and the cases of their scene in `metadata`.
+
+    Returns
+    -------
+    str
+        Sentences in plain text; empty for an assembly without loads.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> from blockstat.app.design import idle_loads
+    >>> idle_loads(Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))], metadata={"cases": {"storm": {}}}))
+    'No load case acts on this page, only the weight: storm. blockstat check FILE --case NAME judges under one.'
+    """
+    return _idle_words(*(list(assembly.metadata.get(key, ())) for key in ("loads", "cases")))
+
+
+def _idle_words(loads: list[str], cases: list[str]) -> str:
+    if cases:
+        words = f"No load case acts on this page, only the weight: {', '.join(cases)}."
+        return f"{words} blockstat check FILE --case NAME judges under one."
+    return f"No load acts on this page, only the weight: {', '.join(loads)}." if loads else ""
 
 
 def open_model(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from blockstat.app.background import Channel
-from blockstat.app.design import DENSITY, EDGES, Model, open_model
+from blockstat.app.background import Channel, Refused
+from blockstat.app.design import DENSITY, EDGES, Model, idle_loads, open_model
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
@@ -116,17 +117,18 @@ def scene_file(model: Model, values: dict[str, float]) -> Saved:
     from blockstat.io.scene_text import scene_text
 
     text = scene_text(model.moved(values))
-    return f"{_stem(model.name)}.toml", "".join([*_unsaid(model, values), text]).encode()
+    return f"{_stem(model.name)}.toml", "".join([*(f"# {line}\n" for line in _unsaid(model, values)), text]).encode()
 
 
 def _unsaid(model: Model, values: dict[str, float]) -> Iterator[str]:
-    """Comments on what was set on the page and is not in its scene."""
+    """What was set on the page and is not in its scene, a sentence each."""
     if lost := values.get(EDGES):
-        yield f"# {EDGES} = {lost:g} mm was set on the page; a scene has no key for it, and its edges here are sharp.\n"
+        yield f"{EDGES} = {lost:g} mm was set on the page; a scene has no key for it, and its edges here are sharp."
+        yield f'blockstat check FILE --imperfection "edge={lost:g} mm" rounds them again.'
     own = [name for name, element in getattr(model.scene, "elements", {}).items() if DENSITY in element]
     if own and DENSITY in model.moved_material(values):
-        yield f"# {DENSITY} = {values[DENSITY]:g} kg/m3 was set on the page for all blocks.\n"
-        yield f"# These elements keep their own here: {', '.join(own)}.\n"
+        yield f"{DENSITY} = {values[DENSITY]:g} kg/m3 was set on the page for all blocks."
+        yield f"These elements keep their own here: {', '.join(own)}."
 
 
 def blocks_file(known: Known) -> Saved:
@@ -170,12 +172,13 @@ def picture_file(known: Known) -> Saved:
 
 
 def report_file(known: Known) -> Saved:
-    """Return the verdict, the numbers and the view in three dimensions as one HTML page.
+    """Return the report of `blockstat report` on the design on show, with its parameters and a view to turn.
 
     Parameters
     ----------
     known : Known
-        What is known of the design on show, with the values that it was judged at.
+        What is known of the design on show, with the values that it was judged at. The verdict of a simulation goes
+        into the report where one was shown; all else is found again, by the joints of the page.
 
     Returns
     -------
@@ -184,30 +187,70 @@ def report_file(known: Known) -> Saved:
     content : bytes
         What is in the file.
     """
-    from html import escape
-
-    from blockstat.app.words import headline, numbers
-    from blockstat.view.document import page
+    from blockstat.app.words import least_friction
+    from blockstat.view.assessment import assess_fully, assessment_html
+    from blockstat.view.document import facts
     from blockstat.view.three_d.colouring import colouring
     from blockstat.view.three_d.page import framed, interactive_html
 
-    name = known.verdict.assembly.name
-    rows = "".join(f"<tr><td>{escape(path)}</td><td>{value:g}</td></tr>" for path, value in known.values.items())
-    body = [
-        f"<h1>{escape(name)}</h1>",
-        headline(known),
-        f"<figure>{framed(interactive_html(known.verdict))}{colouring('verdict', known.verdict).legend}</figure>",
-        f"<h2>Numbers</h2>{numbers(known)}",
-        f"<h2>Parameters</h2><table>{rows}</table>" if rows else "",
-        f"<pre>{escape(known.verdict.explain())}</pre>",
+    shown, simulated = known.verdict, known.simulated
+    assembly, joints = shown.assembly, shown.interfaces
+    found = assess_fully(
+        assembly,
+        source=f"{assembly.name}, as shown on the live page",
+        gap=joints.searched,
+        interfaces=joints,
+        verify=None if simulated is None else lambda _: simulated,
+    )
+    rounded = f"Statics here are those of imperfect joints: {shown.worst}." if shown.worst else ""
+    found = replace(found, told=tuple(filter(None, (idle_loads(assembly), rounded))))
+    rows = [(path, f"{value:g}") for path, value in known.values.items()]
+    turning = framed(interactive_html(found.associated))
+    parts = [
+        "<h2>Values on the page</h2>" + facts([*rows, ("least friction with which it stands", least_friction(known))]),
+        f"<figure>{turning}{colouring('verdict', found.associated).legend}</figure>",
     ]
-    return f"{_stem(name)}.html", page(f"{name}: verdict", body).encode()
+    return f"{_stem(assembly.name)}.html", assessment_html(found, parts=parts).encode()
+
+
+def send_report(channel: Channel, known: Known) -> None:
+    """Make a report in a process of its own.
+
+    Parameters
+    ----------
+    channel : Channel
+        What `report_file` returns is sent through it, or else why there is none.
+    known : Known
+        As of `report_file`.
+    """
+    try:
+        channel.send(report_file(known))
+    except InputError as error:
+        channel.send(Refused(f"no report: {error}"))
+
+
+def left_out(model: Model, values: dict[str, float]) -> str:
+    """Return what was set on the page and does not go into its scene, and how the commands take it.
+
+    Parameters
+    ----------
+    model : Model
+        The model on the page.
+    values : dict of str to float
+        Present values of its parameters, by dotted path.
+
+    Returns
+    -------
+    str
+        Plain text; empty where all goes into the scene.
+    """
+    return " ".join(_unsaid(model, values))
 
 
 SCENE = "Save scene (.toml)"  #: the words of the button that saves the present values, judged or not
-#: What can be saved of the design on show: the button's words and what makes the file.
+REPORT = "Save report (.html)"  #: of the one whose file takes longer, for it holds more than the page knows
+#: What can be saved at once of the design on show: the button's words and what makes the file.
 SAVES: dict[str, Callable[[Known], Saved]] = {
-    "Save report (.html)": report_file,
     "Save blocks (.glb)": blocks_file,
     "Save picture (.png)": picture_file,
 }

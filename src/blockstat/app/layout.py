@@ -8,8 +8,8 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Protocol
 
 from blockstat.app.design import ALWAYS, FALLING, LEAST, NEVER, PUSHES, SUFFIXES, Model
-from blockstat.app.files import SAVES, SCENE, Saved, scene_file
-from blockstat.app.words import NO_BLOCK, Known, waiting
+from blockstat.app.files import REPORT, SAVES, SCENE, Saved, left_out, scene_file
+from blockstat.app.words import NO_BLOCK, Known, small, waiting
 from blockstat.errors import InputError
 from blockstat.io.parts import UNITS, UP, own_up
 from blockstat.view.three_d.colouring import CHOICES
@@ -76,6 +76,16 @@ class Host(Protocol):
             Of the coordinates in the file; None for what the file says.
         gap : str or None
             Largest gap of a joint, as a user types it; None for the default.
+        """
+        ...
+
+    def report(self, deliver: Callable[[str, bytes], None]) -> None:
+        """Make the report of the design on show.
+
+        Parameters
+        ----------
+        deliver : callable
+            Called with the name of the file and what is in it, once it is made.
         """
         ...
 
@@ -245,9 +255,22 @@ class Layout:
                 page.post(lambda: page.upload(given.name, given.content, "", None, None, None))
 
         present = gui.add_button(SCENE)
-        present.on_click(lambda event: self._save(event, lambda: scene_file(page.model, page.values)))
+        present.on_click(lambda event: self._save(event, self._scene))
+        report = gui.add_button(REPORT, hint="verdicts, limit loads, pictures and sources, as of blockstat report")
+        report.on_click(lambda event: page.post(lambda: page.report(lambda *saved: _deliver(event, saved))))
         for label, make in SAVES.items():
             gui.add_button(label).on_click(lambda event, make=make: self._save(event, lambda: make(self._shown())))
+        self._saving = gui.add_html("")
+
+    def saving(self, text: str) -> None:
+        """Say below the buttons what becomes of a file.
+
+        Parameters
+        ----------
+        text : str
+            Plain text; empty for nothing.
+        """
+        self._saving.content = small(escape(text))
 
     def ask_supports(
         self,
@@ -296,11 +319,20 @@ class Layout:
 
         leave.on_click(lambda _: dialogue.close())
 
+    def _scene(self) -> Saved:
+        """The scene on the page, and a word below the buttons on what does not go into it."""
+        page = self._page
+        saved, unsaid = scene_file(page.model, page.values), left_out(page.model, page.values)
+        page.post(lambda: self.saving(unsaid))
+        return saved
+
     def _shown(self) -> Known:
         """What is known of the design on show, to be saved."""
         known = self._page.known
         if known is None:
             raise InputError("there is no verdict to save yet")
+        if not known.is_scored and not known.stopped:
+            raise InputError("how the blocks move first is not known yet; save again when it is told")
         return known
 
     def _save(self, event: Any, make: Callable[[], Saved]) -> None:
@@ -312,9 +344,14 @@ class Layout:
             text = str(error)
             page.post(lambda: page.say(text))
             return
-        if event.client is not None:
-            event.client.send_file_download(name, content, save_immediately=True)
+        _deliver(event, (name, content))
 
     def _clicked(self, event: Any) -> None:
         page, origin, direction = self._page, event.ray_origin, event.ray_direction
         page.post(lambda: page.click(origin, direction))
+
+
+def _deliver(event: Any, saved: Saved) -> None:
+    """Hand a file to the browser that asked for it, if it is still there."""
+    if event.client is not None:
+        event.client.send_file_download(*saved, save_immediately=True)

@@ -11,15 +11,16 @@ from pathlib import Path
 from time import monotonic, process_time
 from typing import TYPE_CHECKING, Any, Protocol
 
-from blockstat.app.background import Crashed, Ended, Limits, Worker
-from blockstat.app.controls import Controls, outside
+from blockstat.app.background import Crashed, Ended, Limits, Refused, Worker
+from blockstat.app.controls import Controls, refused, taken
 from blockstat.app.design import Failed, Judged, Model, Pushed, Scored, Slipped, Stopped
-from blockstat.app.files import send_upload
+from blockstat.app.files import send_report, send_upload
 from blockstat.app.follow import Follower
 from blockstat.app.layout import Layout
 from blockstat.app.view import View
 from blockstat.app.words import Known, headline, numbers, refusal, trouble, waiting
 from blockstat.errors import InputError, NoSupportError
+from blockstat.result import Result
 from blockstat.typing import Floats
 from blockstat.view.three_d.canvas import Canvas
 from blockstat.view.three_d.player import Player
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 LOG = logging.getLogger("blockstat.app")
 #: The thread looks after its workers and films this often when nothing is posted [s].
 BEAT, FILM_BEAT = 0.1, 0.02
-#: A number outside its range is told when it has stood for so long; until then it may be half typed [s].
+#: A number that is not taken as it is, is told when it has stood for so long; until then it may be half typed [s].
 TYPING = 0.8
 #: A verdict that takes longer than this is announced [s].
 SLOW = 0.7
@@ -99,11 +100,12 @@ class Page:
         self._calls: queue.Queue[Callable[[], None] | None] = queue.Queue()
         self._asked_at = 0.0
         self._asked: dict[int, dict[str, float]] = {}  # values of the open questions about this model, by number
-        self._outside: tuple[str, float, float] | None = None  # a number outside its range: path, value and when
+        self._refused: tuple[str, float, float] | None = None  # a number not taken as it is: path, value and when
         self._fresh = True  # the next design is the first of its model
         self._workers: list[Worker] = []
         self._folder, self._limits = folder, limits or Limits()
         self._reader: Worker | None = None
+        self._reporter: Worker | None = None
         self.follower = Follower(self.post, self._told, limits=self._limits)
         self.layout = Layout(server, self)
         self.view = View(Canvas(server), self.layout)
@@ -147,7 +149,8 @@ class Page:
         self.model, self.values, self._fresh = model, model.start, True
         self._forget()
         self.layout.name(model.name)
-        self._outside, self.layout.note.content = None, ""
+        self._refused, self.layout.note.content = None, ""
+        self.layout.saving("")
         if self.controls is not None:
             self.controls.remove()
         with self.layout.design:
@@ -221,23 +224,32 @@ class Page:
         value = self.controls.value(path) if self.controls is not None else None
         if value is None:
             return
-        limits = self.model.ranges[path]
-        if limits.min <= value <= limits.max:
-            corrected = self._outside is not None and self._outside[0] == path and value in (limits.min, limits.max)
-            if not corrected:
-                self._outside, self.layout.note.content = None, ""
-            self.change(path, value)
-        elif self._outside is None or self._outside[:2] != (path, value):
-            self._outside = path, value, monotonic()
+        limits, told = self.model.ranges[path], self._refused
+        between = told is not None and told[0] == path and limits.min <= told[1] <= limits.max
+        if between and value == self.values[path]:
+            return  # the box now has the value that the note says is used
+        inside = limits.min <= value <= limits.max
+        used = taken(value, limits) if inside and value != self.values[path] else value
+        if inside and used == value:
+            # A browser puts a number outside its range to the bound when the box is left; the note stays.
+            if told is None or told[0] != path or value not in (limits.min, limits.max):
+                self._refused, self.layout.note.content = None, ""
+        elif told is None or told[:2] != (path, value):
+            self._refused = path, value, monotonic()
+        if inside:
+            self.change(path, used)
 
-    def _tell_outside(self) -> None:
-        """Say that a number lies outside its range, once it is clear that no further digit follows."""
-        if self._outside is None or monotonic() - self._outside[2] < TYPING:
+    def _tell_refused(self) -> None:
+        """Say that a number is not taken as it is, once it is clear that no further digit follows."""
+        if self._refused is None or monotonic() - self._refused[2] < TYPING:
             return
-        path, value, _ = self._outside
-        text = outside(path, value, self.model.ranges[path], self.values[path])
+        path, value, _ = self._refused
+        limits, used = self.model.ranges[path], self.values[path]
+        text = refused(path, value, limits, used)
         if self.layout.note.content != text:
             self.layout.note.content = text
+            if self.controls is not None and limits.min <= value <= limits.max:
+                self.controls.set({path: used})
 
     def set_values(self, values: dict[str, float]) -> None:
         """Move several parameters at once, the controls with them.
@@ -291,6 +303,41 @@ class Page:
             Of the block; one that is not there leaves none chosen.
         """
         self.view.choose(name)
+
+    def report(self, deliver: Callable[[str, bytes], None]) -> None:
+        """Make the report of the design on show in a process of its own; a newer one ends that of before.
+
+        Parameters
+        ----------
+        deliver : callable
+            Called with the name of the file and what is in it, once it is made.
+        """
+        if self.known is None:
+            self.say("there is no verdict to save yet")
+            return
+        if self._reporter is not None:
+            self._reporter.stop()
+
+        def told(message: Any) -> None:
+            if isinstance(message, tuple):
+                deliver(*message)
+            said = f"no report: {message.message}" if isinstance(message, Crashed) else ""
+            if not isinstance(message, Ended) or said:
+                self.layout.saving(message.message if isinstance(message, Refused) else said)
+
+        self.layout.saving("The report of the design on show is being made; the file comes when it is ready …")
+        self._reporter = self.start(send_report, self.known, report=told, timed=True)
+
+    def simulated(self, verdict: Result) -> None:
+        """Take in what a simulation says of the design on show, for its report.
+
+        Parameters
+        ----------
+        verdict : Result
+            The verdict of the simulation.
+        """
+        if self.known is not None:
+            self.known = replace(self.known, simulated=verdict)
 
     def say(self, message: str) -> None:
         """Show what went wrong.
@@ -398,16 +445,24 @@ class Page:
         assert self.known is not None
         if isinstance(message, Scored):
             self.known = replace(self.known, verdict=message.verdict)
-            self.view.show(self.known)
+            self._show_motion(self.known)
         elif isinstance(message, Pushed):
             self.known = replace(self.known, pushed={**self.known.pushed, message.push: message})
             self.view.learned(self.known, self.player)
         elif isinstance(message, Slipped):
             self.known = replace(self.known, slipped=message)
         elif isinstance(message, Stopped):
-            self.known = replace(self.known, stopped=True)
+            scored, self.known = self.known.is_scored, replace(self.known, stopped=True)
+            if not scored:
+                self._show_motion(self.known)
             self.say(message.message)
         self.layout.numbers.content = numbers(self.known)
+
+    def _show_motion(self, known: Known) -> None:
+        """The words and the picture of how the blocks move first, which come after the verdict."""
+        self.layout.headline.content = headline(known)
+        self.view.show(known)
+        self.animate()
 
     def _run(self) -> None:
         while True:
@@ -430,6 +485,6 @@ class Page:
     def _tick(self) -> None:
         self.follower.tick()
         self.player.tick()
-        self._tell_outside()
+        self._tell_refused()
         late = monotonic() - self._asked_at if self.follower.pending else 0.0
         self.layout.busy(f"judging the newest change, {late:.0f} s" if late > SLOW else "")

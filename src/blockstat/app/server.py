@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 import threading
+import warnings
 from collections.abc import Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from blockstat.app.background import Limits, prepare
 from blockstat.app.design import Model, open_model
-from blockstat.errors import InputError
+from blockstat.errors import InputError, InputWarning
 from blockstat.view.three_d.page import start_viser, stop_viser
 
 if TYPE_CHECKING:
@@ -106,8 +107,15 @@ def serve(
     ------
     InputError
         For a file that cannot be used, or when viser is not installed.
+
+    Warns
+    -----
+    InputWarning
+        With the names of the load cases of the file, none of which acts on the page.
     """
     model = open_model(path, supports=supports, units=units, up=up, gap=gap)
+    if model.idle:
+        warnings.warn(f"{path}: {model.idle}", InputWarning, stacklevel=2)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(name)s: %(message)s")
     inside = folder or Path(path).parent
     if not inside.is_dir():

@@ -21,6 +21,7 @@ from blockstat.view.three_d.player import Player, swing
 if TYPE_CHECKING:
     from blockstat.app.layout import Layout
 
+MOTIONS = ("verdict", "displacement")  #: colours that show the mechanism of a design that falls
 GENTLE = 1 / 24  #: way of the fastest corner when no amplitude is chosen, relative to the extent
 
 
@@ -166,7 +167,10 @@ class View:
         names = self.known.verdict.assembly.names
         block = names.index(self._chosen) if self._chosen in names else None
         self.canvas.choose(block)
-        card = NO_BLOCK if block is None else block_card(self.known.verdict, block, self.moved)
+        known = self.known
+        card = NO_BLOCK
+        if block is not None:
+            card = block_card(known.verdict, block, self.moved, shows_motion=known.shows_motion)
         self._layout.block.content = card
 
     def _rest(self) -> None:
@@ -200,6 +204,8 @@ class View:
         assert self.known is not None
         choice = self._layout.colours.value
         choice = "displacement" if choice == "verdict" and self.followed else choice
+        if self.moved is None and not self.known.is_scored and not self.known.stopped and choice in MOTIONS:
+            choice = "tension"  # whose legend says that it is not known yet
         found = colouring(choice, self.known.verdict, self.moved)
         self._layout.legend.content = f'<div style="font-size:.85em;margin:0 8px">{found.legend}</div>'
         return found
@@ -211,7 +217,7 @@ class View:
     def _mechanism(self) -> Any:
         """The result whose mechanism there is to show: of the verdict, else of the limit load."""
         if self.known is None or self.known.verdict.mechanism.any():
-            return None if self.known is None else self.known.verdict
+            return self.known.verdict if self.known is not None and self.known.shows_motion else None
         pushed = self._pushed()
         return pushed.limit if pushed is not None and pushed.limit is not None else None
 
@@ -226,7 +232,7 @@ class View:
     def _describe_mechanism(self) -> None:
         known, text = self.known, "none known"
         if known is not None and known.verdict.mechanism.any():
-            text = "how the blocks move first"
+            text = "how the blocks move first" if known.shows_motion else "not known yet"
         elif known is not None and (pushed := self._pushed()) is not None:
             text = f"of the limit load along {pushed.push}"
         self._layout.mechanism.content = f'<div style="font-size:.85em;color:#5c5f66;margin:0 8px">{text}</div>'

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.analysis.limit_load import LoadOutcome
-from blockstat.analysis.verdict import Outcome, Verdict, motion_words
-from blockstat.app.design import PUSHES, Pushed, Slipped
+from blockstat.analysis.verdict import CAVEAT, Outcome, Verdict, motion_words
+from blockstat.app.design import PUSHES, Pushed, Slipped, idle_loads
 from blockstat.contact.features import ContactKind
-from blockstat.result import plain
+from blockstat.result import Result, plain
 from blockstat.view.three_d.colouring import tension
 
 if TYPE_CHECKING:
@@ -27,6 +27,10 @@ TONES = {
     Outcome.STABLE_ONLY_BY_SELF_STRESS: ("#CC79A7", "Stable only by self-stress"),
 }
 STEPS = (("build", "blocks"), ("interfaces", "contacts"), ("solve", "solve"), ("draw", "colours"))
+#: What is said where a plain "stable" leaves something open, and of a mechanism that is yet to come or will not come.
+OPEN = f"{CAVEAT}. Save report has the verdict without either."
+LATER = "How the blocks move first follows."
+ANY = "It is the first mechanism that proved the fall; the one of least residual tension was not found here."
 NO_BLOCK = '<div style="font-size:.85em;margin:0 8px">Click a block to see its forces.</div>'
 UNKNOWN = "not known"  #: for a reason that is not the design's
 MARGIN = "margin:0 10px"
@@ -52,6 +56,8 @@ class Known:
         Whether what is not known by now will not be.
     values : dict of str to float
         Values of the parameters that the verdict is about, by dotted path.
+    simulated : Result or None
+        The verdict of a simulation on the same design, where one was shown.
     """
 
     verdict: Verdict
@@ -60,6 +66,17 @@ class Known:
     slipped: Slipped | None = None
     stopped: bool = False
     values: dict[str, float] = field(default_factory=dict)
+    simulated: Result | None = None
+
+    @property
+    def is_scored(self) -> bool:
+        """Whether the mechanism is that of least residual tension, which `blockstat check` tells, and not any one."""
+        return not (isnan(self.verdict.score) and self.verdict.mechanism.any())
+
+    @property
+    def shows_motion(self) -> bool:
+        """Whether there is a mechanism of the verdict to show: not while that of least residual tension may come."""
+        return bool(self.verdict.mechanism.any()) and (self.is_scored or self.stopped)
 
     @property
     def pending(self) -> str:
@@ -90,9 +107,13 @@ def headline(known: Known) -> str:
     """
     verdict = known.verdict
     colour, word = TONES[verdict.outcome]
-    names = [verdict.assembly.names[i] for i in verdict.moving[:3]]
+    names = [verdict.assembly.names[i] for i in verdict.moving[:3]] if known.shows_motion else []
     sentence = verdict.headline.partition(": ")[2]
     lines = [escape(sentence[:1].upper() + sentence[1:])]
+    if verdict.outcome is Outcome.STABLE:
+        lines.append(OPEN)
+    if not known.is_scored:
+        lines.append(ANY if known.stopped else LATER)
     if names:
         more = len(verdict.moving) - len(names)
         lines.append(f"First to move: {escape(', '.join(names))}{f' and {more} more' if more else ''}.")
@@ -103,7 +124,7 @@ def headline(known: Known) -> str:
     lines += [f"Note: {escape(text)}." for text in verdict.warnings[:2]]
     body = "".join(f'<div style="{SMALL}">{line}</div>' for line in lines)
     big = f'<div style="color:{colour};font-size:1.5em;font-weight:700">{word}</div>'
-    return f'<div role="status" style="{MARGIN}">{big}{body}</div>'
+    return f'<div role="status" style="{MARGIN}">{big}{body}</div>{trouble(idle_loads(verdict.assembly))}'
 
 
 def refusal(message: str, known: Known | None, name: str) -> str:
@@ -149,7 +170,7 @@ def numbers(known: Known) -> str:
         ("score", "residual tension / weight", _score(known)),
         *((f"limit load, {push}", _mark(known, push), _limit(known, push)) for push in PUSHES),
         ("reserve in tilt", "from the least", _tilt(known)),
-        ("least friction", f"now {assembly.friction:g}", _friction(known)),
+        ("least friction", f"now {assembly.friction:g}", least_friction(known, known.pending)),
         ("volume", "m³", plain(float(assembly.volume[free].sum()), 4)),
         ("weight", "kN", plain(assembly.free_weight / 1e3, 4)),
         ("blocks / joints", "", f"{assembly.n_blocks:,} / {verdict.interfaces.n_interfaces:,}"),
@@ -216,7 +237,7 @@ def small(html: str) -> str:
     return f'<div style="{MARGIN};{SMALL};overflow-wrap:anywhere;padding-top:.4em">{html}</div>' if html else ""
 
 
-def block_card(verdict: Verdict, block: int, moved: Floats | None = None) -> str:
+def block_card(verdict: Verdict, block: int, moved: Floats | None = None, *, shows_motion: bool = True) -> str:
     """Describe a block: its name, weight, displacement, neighbours and the force that each puts on it.
 
     Parameters
@@ -227,6 +248,8 @@ def block_card(verdict: Verdict, block: int, moved: Floats | None = None) -> str
         Number of the block.
     moved : array of float, shape (n_blocks,), optional
         Distances of the blocks on show from where they are built [m].
+    shows_motion : bool, optional
+        Whether the mechanism of the verdict is on show.
 
     Returns
     -------
@@ -247,7 +270,7 @@ def block_card(verdict: Verdict, block: int, moved: Floats | None = None) -> str
         rows.append(f"<tr><td>{escape(other)}</td><td>{plain(net[0] / 1e3)}</td><td>{plain(shear / 1e3)}</td></tr>")
     fixed = " (support)" if assembly.support[block] else ""
     lines = [f"<b>{escape(assembly.names[block])}</b>{fixed}, weight {plain(weight / 1e3, 4)} kN"]
-    if verdict.mechanism.any():
+    if shows_motion and verdict.mechanism.any():
         lines.append(f"in the mechanism {verdict.motion[block]:.3g} of the fastest corner's way")
     if moved is not None:
         lines.append(f"moved {plain(1e3 * moved[block])} mm")
@@ -293,9 +316,23 @@ def _tilt(known: Known) -> str:
     return f"{degrees(atan(weakest.limit.lower)):.3g}°" if weakest is not None and weakest.limit is not None else "none"
 
 
-def _friction(known: Known) -> str:
+def least_friction(known: Known, pending: str = "not found yet when this was saved") -> str:
+    """Return the least friction with which a design stands.
+
+    Parameters
+    ----------
+    known : Known
+        What is known of the design.
+    pending : str, optional
+        What stands in its place while it is looked for.
+
+    Returns
+    -------
+    str
+        Plain text.
+    """
     if known.slipped is None:
-        return known.pending
+        return pending
     if known.slipped.reason:
         return UNKNOWN
     least = known.slipped.least

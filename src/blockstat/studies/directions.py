@@ -147,6 +147,35 @@ class DirectionalLimits(Result):
         values = self.coulomb_least[:, 0]
         return None if np.isnan(values).all() else _first_of_the_least(values)
 
+    @property
+    def said(self) -> str:
+        """The least multiplier in two sentences, for those who do not know what associated friction is."""
+        low, high = self.horizon
+        return (
+            "The least horizontal acceleration that moves joints which dilate as they slide is "
+            f"{self.least.upper:.4g} times gravity, towards {self.names[self.weakest]}. Over all directions of the "
+            f"horizon the least lies between {low:.4g} and {high:.4g}. Real joints may carry less."
+        )
+
+    def said_without_dilatancy(self, least: LimitLoad | None) -> str:
+        """Return what is carried without dilatancy towards the weakest direction, or the command that finds it.
+
+        Parameters
+        ----------
+        least : LimitLoad or None
+            The limit load in that direction with flow="coulomb", where it was looked for.
+
+        Returns
+        -------
+        str
+            One sentence.
+        """
+        if least is not None and least.coulomb_least is not None:
+            low, high = least.coulomb_least
+            return f"Without dilatancy and self-stress {low:.4g} is carried in that direction, and {high:.4g} is not."
+        push = ",".join(f"{part + 0.0:.3g}" for part in self.directions[self.weakest])
+        return f"blockstat limit FILE --load={push} --flow coulomb finds how much without dilatancy and self-stress."
+
     def explain(self) -> str:
         """Return the answer and its evidence in words, one fact a line.
 

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.assess import assess
-from blockstat.analysis.limit_load import DILATES, LimitLoad, LoadOutcome
+from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
 from blockstat.analysis.verdict import Outcome, Verdict, joint_counts
 from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check
-from blockstat.contact.interfaces import GAP
+from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import check_choice, known_options
 from blockstat.io.parts import UNITS
 from blockstat.result import Result, listed, plain
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
     from blockstat.loading.cases import LoadCase
 
+#: Of assemblies with more free blocks the limit load without dilatancy, by bisection, takes longer than all the rest.
+FEW = 100
 #: A verdict in Bullet, or by any other means, on the same assembly.
 Verifier = Callable[..., Result]
 #: The tone of an answer by its word; others are grey.
@@ -61,6 +63,8 @@ class Assessment(Result):
     told: tuple[str, ...] = ()  #: warnings about the input, beside those of the parts
     #: Limit loads without the live loads of the case, on which the code check rests; None where it was not asked for.
     pushed: DirectionalLimits | None = None
+    #: The least limit load with what joints carry that do not dilate; None where it was not looked for.
+    without_dilatancy: LimitLoad | None = None
 
     @property
     def assembly(self) -> Assembly:
@@ -140,6 +144,7 @@ def assess_fully(
     cases: Sequence[tuple[str, str, str, str]] = (),
     case: LoadCase | None = None,
     code: Mapping[str, Any] | None = None,
+    interfaces: Interfaces | None = None,
 ) -> Assessment:
     """Find what a report shows: the verdicts of all kinds, and the limit load over the horizon.
 
@@ -167,6 +172,8 @@ def assess_fully(
         Options of `blockstat.linear_check`, such as ``{"site": Site("B"), "demand": 0.15}``: the mechanisms towards +-x
         and +-y and the weakest one are verified where there is a limit load, and those that may carry less are named.
         The live loads of the case are left out there: they may not act in an earthquake.
+    interfaces : Interfaces, optional
+        Use these joints instead of searching. A simulation finds its own.
 
     Returns
     -------
@@ -183,21 +190,24 @@ def assess_fully(
     if case is not None:
         beside, stays = np.zeros(6) if loads is None else loads, case.weighted_permanent
         permanent, loads = replace(stays, beside=stays.beside + beside), case.loads + beside
-    coulomb = assess(assembly, gap=gap, loads=loads, flow="coulomb")
-    associated = coulomb
+    coulomb = assess(assembly, gap=gap, loads=loads, flow="coulomb", interfaces=interfaces)
+    associated, joints, bare = coulomb, {"gap": gap, "interfaces": coulomb.interfaces}, None
     if coulomb.outcome is not Outcome.UNSTABLE:
-        associated = assess(assembly, gap=gap, loads=loads, interfaces=coulomb.interfaces)
-    pushed = limits = limit_load_by_direction(assembly, directions, gap=gap, loads=loads)
+        associated = assess(assembly, loads=loads, **joints)
+    pushed = limits = limit_load_by_direction(assembly, directions, loads=loads, **joints)
+    if coulomb.outcome is Outcome.STABLE and limits.outcome is DirectionOutcome.LIMIT and len(assembly.free) <= FEW:
+        bare = limit_load(assembly, limits.directions[limits.weakest], loads=loads, flow="coulomb", **joints)
     dynamic = None
     if verify is not None:
         dynamic = verify(assembly) if loads is None else verify(assembly, loads=loads)
     checks: tuple[tuple[str, LinearCheck | LoadOutcome], ...] = ()
     if code is not None:
         if live:
-            pushed = limit_load_by_direction(assembly, directions, gap=gap, loads=permanent)
+            pushed = limit_load_by_direction(assembly, directions, loads=permanent, **joints)
         checks = tuple(_check(pushed, k, {"loads": permanent, **code}) for k in pushed.notable)
     source = source or assembly.name
-    own: dict[str, Any] = {"case": case, "checks": checks, "loaded": loaded, "pushed": None if code is None else pushed}
+    own: dict[str, Any] = {"case": case, "checks": checks, "loaded": loaded, "without_dilatancy": bare}
+    own["pushed"] = None if code is None else pushed
     return Assessment(associated, coulomb, limits, dynamic, source, units, gap, tuple(cases), **own)
 
 
@@ -209,7 +219,7 @@ def _check(limits: DirectionalLimits, k: int, code: Mapping[str, Any]) -> tuple[
     return limits.names[k], linear_check(limit, limits.directions[k], **code)
 
 
-def assessment_html(found: Assessment, *, day: Date | None = None) -> str:
+def assessment_html(found: Assessment, *, day: Date | None = None, parts: Sequence[str] = ()) -> str:
     """Return the report as one page that loads nothing from elsewhere.
 
     Parameters
@@ -218,6 +228,8 @@ def assessment_html(found: Assessment, *, day: Date | None = None) -> str:
         What `assess_fully` found.
     day : date, optional
         Date of the report; by default today.
+    parts : sequence of str, optional
+        HTML of further parts, above the pictures.
 
     Returns
     -------
@@ -243,6 +255,7 @@ def assessment_html(found: Assessment, *, day: Date | None = None) -> str:
         "<h2>Ties</h2>" + _ties(found) if found.assembly.ties else "",
         "<h2>Limit load over the horizon</h2>" + _horizon(found),
         "<h2>Code check</h2>" + _checks(found) if found.checks else "",
+        *parts,
         "<h2>Pictures</h2>" + _pictures(found),
         "<h2>Warnings</h2>" + (bullets(found.warnings) or "<p>None.</p>"),
         f"<h2>What the answers mean</h2><p>{escape(MEANING)}</p>",
@@ -281,10 +294,7 @@ def assumptions(found: Assessment) -> list[tuple[str, str]]:
         ("gravity", f"{gravity:.6g} m/s2"),
         ("friction", f"{assembly.friction:g} (coefficient of all joints without a law of their own)"),
         ("joint laws", "; ".join(laws) or "none: dry joints without tension, cohesion or crushing"),
-        (
-            "density",
-            f"{density[0]:g} kg/m3" if len(density) == 1 else f"{density[0]:g} to {density[-1]:g} kg/m3, by block",
-        ),
+        ("density", f"{density[0]:g}" + (" kg/m3" if len(density) == 1 else f" to {density[-1]:g} kg/m3, by block")),
         ("blocks", f"{assembly.n_blocks:,}, of which {len(free):,} are free"),
         ("supports", listed(supports, 8)),
         ("ties", f"{len(assembly.ties)}, listed below" if assembly.ties else "none"),
@@ -309,28 +319,28 @@ def _answers(found: Assessment) -> str:
         if result is None:
             parts.append(verdict_box("", title, "Not asked for. dynsim report simulates the blocks, too."))
             continue
-        said = result.headline if isinstance(result, Verdict) else result.outcome.value
+        said = _in_words(result.headline if isinstance(result, Verdict) else result.outcome.value)
         word, _, sentence = said.partition(": ")
-        parts.append(
-            verdict_box(
-                TONES.get(result.outcome.word, ""), f"{title}: {word.lower()}", sentence[:1].upper() + sentence[1:]
-            )
-        )
+        tone = TONES.get(result.outcome.word, "")
+        parts.append(verdict_box(tone, f"{title}: {word.lower()}", sentence[:1].upper() + sentence[1:]))
+    parts.append(verdict_box("", *_least(found)))
+    return "".join([*parts, _code_box(found) if found.checks else ""])
+
+
+def _in_words(text: str) -> str:
+    """A text for readers who write no Python: what a function is to be asked for stands beside it in the report."""
+    return text.replace(' (see flow="coulomb")', "").replace("tightnesses=12", "--tightnesses 12")
+
+
+def _least(found: Assessment) -> tuple[str, str]:
+    """The least limit load, and what is known of it without dilatancy."""
     limits = found.directions
-    if limits.outcome is DirectionOutcome.LIMIT:
-        low, high = limits.horizon
-        words = (
-            f"The least horizontal acceleration that makes it move is {limits.least.upper:.4g} times gravity, towards "
-            f"{limits.names[limits.weakest]}. Over all directions of the horizon the least lies between {low:.4g} and "
-            f"{high:.4g}. {DILATES}"
-        )
-        parts.append(verdict_box("", f"Least limit load (associated friction): {limits.least.upper:.4g}", words))
-    else:
-        parts.append(
-            verdict_box("", f"Least limit load: {limits.outcome.word.replace('_', ' ')}", limits.outcome.value)
-        )
-    parts += [_code_box(found)] if found.checks else []
-    return "".join(parts)
+    if limits.outcome is not DirectionOutcome.LIMIT:
+        return f"Least limit load: {_answer(limits.outcome)}", limits.outcome.value
+    bare = limits.said_without_dilatancy(found.without_dilatancy)
+    if found.coulomb.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS:
+        bare = "Without dilatancy and self-stress none is carried: the weight alone is not."
+    return f"Least limit load (associated friction): {limits.least.upper:.4g}", f"{limits.said} {bare}"
 
 
 def _code_box(found: Assessment) -> str:
@@ -349,7 +359,7 @@ def _code_box(found: Assessment) -> str:
     return verdict_box(tone, f"Code check (linear): {answer}", " ".join(words))
 
 
-def _answer(outcome: CheckOutcome | LoadOutcome) -> str:
+def _answer(outcome: CheckOutcome | LoadOutcome | DirectionOutcome) -> str:
     return outcome.word.replace("_", " ")
 
 
@@ -452,4 +462,4 @@ def _pictures(found: Assessment) -> str:
 def _evidence(found: Assessment) -> str:
     parts = [("Force fields alone", found.associated), ("Without dilatancy", found.coulomb)]
     parts += [("Simulation", found.dynamic)] if found.dynamic is not None else []
-    return "".join(f"<h3>{escape(title)}</h3><pre>{escape(part.explain())}</pre>" for title, part in parts)
+    return "".join(f"<h3>{escape(title)}</h3><pre>{escape(_in_words(part.explain()))}</pre>" for title, part in parts)

@@ -104,6 +104,7 @@ class FallPanel:
             return
         if isinstance(message, Fallen):
             self._fallen = message
+            self._page.simulated(message.verdict)
             self._show(f"after {monotonic() - self._began:.0f} s; the film is being made …")
         elif isinstance(message, Film):
             self._film = message

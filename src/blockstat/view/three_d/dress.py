@@ -56,6 +56,44 @@ new MutationObserver(shell).observe(document, {{childList: true, subtree: true, 
 document.addEventListener("DOMContentLoaded", () => document.body.addEventListener("keydown", event => {{
   if (event.key.startsWith("Arrow") && event.target.closest("[role=slider], [role=tab]")) event.stopPropagation();
 }}));
+// A box of viser's drops all but digits and the point, and with them what they meant: 0,4 would be 4, and 1e9 be 19.
+const box = target => target.matches?.("input[inputmode=decimal]") ? target : null;
+const put = (part, text) => {{
+  Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(part, text);
+  part.dispatchEvent(new Event("input", {{bubbles: true}}));
+}};
+const refuse = (part, why) => {{ part.setCustomValidity(why); part.reportValidity(); }};
+const slider = part => part.closest(".mantine-InputWrapper-root")?.parentElement?.querySelector("[role=slider]");
+document.addEventListener("beforeinput", event => {{
+  const part = box(event.target), text = event.data ?? "";
+  if (!part) return;
+  const whole = part.selectionStart === 0 && part.selectionEnd === part.value.length;
+  if (part.validationMessage && event.inputType.startsWith("insert") && !whole) {{
+    event.preventDefault();  // what follows a letter belongs to a number that was not taken
+    part.reportValidity();
+    return;
+  }}
+  part.setCustomValidity("");
+  if (text.length !== 1 || !/[^0-9.-]/.test(text)) return;
+  event.preventDefault();
+  if (text === ",") document.execCommand("insertText", false, ".");
+  else refuse(part, `A number has digits and a decimal point: ${{text}} is not taken`);
+}}, true);
+document.addEventListener("input", event => {{
+  const part = box(event.target);
+  if (!part || !/[^0-9.-]/.test(part.value)) return;
+  event.stopImmediatePropagation();
+  const text = part.value.trim().replace(",", "."), number = Number(text);
+  const plain = () => number.toLocaleString("en", {{useGrouping: false, maximumFractionDigits: 9}});
+  if (text && Number.isFinite(number)) put(part, plain());
+  else refuse(part, `A number has digits and a decimal point: ${{part.value}} is not taken`);
+}}, true);
+// An empty box changes nothing: when it is left it has the value again that is used.
+document.addEventListener("focusout", event => {{
+  const part = box(event.target), used = part && slider(part)?.getAttribute("aria-valuenow");
+  part?.setCustomValidity("");
+  if (part && used && !part.value.trim()) put(part, used);
+}}, true);
 const left = changes => {{
   const gone = changes.some(({{target, oldValue}}) => oldValue === "true" && target.textContent.trim() === "{CAPACITY}"
     && target.getAttribute("role") === "tab" && target.getAttribute("aria-selected") !== "true");
