@@ -66,16 +66,16 @@ class BracketOutcome(Sentence):
         "Not found: there is no proof that the assembly never stands, but where it should stand first no Coulomb state "
         "was found."
     )
-    OPEN = "Open: the assembly stands at the value given; what it does beyond could not be proven."
+    OPEN = "Open: the assembly stands at the value given; what it does just beyond could not be proven."
     UNDECIDED = "Undecided: too close to the limit to prove either way, even where the assembly would stand first."
 
 
 @dataclass(frozen=True)
 class Bracket(Result):
-    """Two neighbouring values of a parameter with proven verdicts on both sides of a limit."""
+    """Two values of a parameter with proven verdicts on both sides of a limit: neighbours, unless `open`."""
 
     stands: float  #: the assembly is statically stable here; nan if nowhere
-    falls: float  #: and unstable here; nan if nowhere in the range, or where `open`
+    falls: float  #: and unstable here; nan if nowhere in the range, or where no fall could be proven
     parameter: str = "parameter"  #: what is varied, "tilt" or "friction"
     unit: str = ""  #: of both values, "deg" or none
     #: with flow="coulomb", both values for each kind of joints (`blockstat.analysis.coulomb.FAMILY`): stiff ones,
@@ -84,7 +84,8 @@ class Bracket(Result):
     worst: str = ""  #: the case of the imperfections that this bracket is of, the worst one, in words
     warnings: tuple[str, ...] = ()
     flow: str = "associated"  #: or "coulomb", as it was asked
-    open: bool = False  #: whether verdicts beyond `stands` are undecided, so that no fall is proven
+    #: whether verdicts just beyond `stands` are undecided, so that no fall is proven, or only further off than was asked
+    open: bool = False
 
     @property
     def value(self) -> float:
@@ -206,8 +207,9 @@ def tilt_limit(
     Returns
     -------
     Bracket
-        Angles [deg]. `falls` is nan when the assembly stands at every angle, and when no fall could be proven (the
-        outcome is "open"). `stands` is nan when it does not stand as it is.
+        Angles [deg]. `falls` is nan when the assembly stands at every angle. `stands` is nan when it does not stand as
+        it is. Where verdicts just beyond `stands` are undecided the outcome is "open". `falls` is then further off, or
+        nan where no fall was proven.
 
     Raises
     ------
@@ -218,7 +220,8 @@ def tilt_limit(
     -----
     Up to a right angle the tilt is the limit load of a horizontal acceleration, tan(angle). Beyond it, with permanent
     loads, and with ties and strengths, which do not grow with the weight, verdicts are asked for in steps of 5 degrees,
-    and the first change is closed in on: a fall that stands again within a step is not seen.
+    and the first change is closed in on: a fall that stands again within a step is not seen. The search ends with the
+    first step whose verdict is undecided, and a fall beyond it is not looked for.
     With flow="coulomb" they always are, for each kind of joints (`Bracket.kinds`), and "stands" is the largest angle at
     which a checked state was found. Limits without dilatancy are not unique: `Bracket.least` has the least.
 
@@ -286,8 +289,11 @@ def _tilt(problem: Problem, unit: Floats, loads: Loads | None, solver: str, flow
         limit = limit_load(asm, acceleration(asm, sideways.tolist()), **options)
         if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
             return _tilts(*_nowhere(judge(0.0)[0], 0.0))
+        ends = math.degrees(math.atan(limit.lower)), math.degrees(math.atan(limit.upper))
         if limit.outcome is LoadOutcome.LIMIT:
-            return _tilts(math.degrees(math.atan(limit.lower)), math.degrees(math.atan(limit.upper)))
+            return replace(_tilts(*ends), open=False)
+        if limit.outcome is LoadOutcome.UNDECIDED and limit.lower > 0:
+            return _tilts(*_scan(judge, 180.0, WIDTH, ends[0], ends[1] if limit.upper < math.inf else math.nan))
     if flow == "associated":
         return _tilts(*_scan(judge, 180.0, WIDTH))
     scans = [_scan(lambda degrees, k=kind: _decided(judge(degrees, [k])), 180.0, COULOMB_WIDTH) for kind in FAMILY]
@@ -301,27 +307,32 @@ def _decided(answer: Answer) -> Answer:
 
 
 def _tilts(stands: float, falls: float) -> Bracket:
-    return Bracket(stands, falls, "tilt", "deg", open=math.isnan(falls) and stands < 180.0)
+    return Bracket(stands, falls, "tilt", "deg", open=stands < 180.0 and not _is_closed(stands, falls, WIDTH))
 
 
-def _scan(judge: Callable[[float], Answer], top: float, width: float) -> tuple[float, float]:
-    """First change from stable to not stable on the way up in steps, then closed in."""
-    if (first := judge(0.0)[0]) is not Outcome.STABLE:
+def _is_closed(stands: float, falls: float, width: float) -> bool:
+    """Whether two values are as near as was asked, or no number lies between them; nan is near to nothing."""
+    return abs(falls - stands) <= max(width, float(np.spacing(max(abs(stands), abs(falls)))))
+
+
+def _scan(
+    judge: Callable[[float], Answer], top: float, width: float, stands: float = 0.0, falls: float = math.nan
+) -> tuple[float, float]:
+    """First change from stable to not stable on the way up in steps, then closed in.
+
+    stands : where it is above 0, a value that is known to stand and close to the limit, so the first step is small
+    falls : a value that is known to fall, or nan
+    """
+    if not stands and (first := judge(0.0)[0]) is not Outcome.STABLE:
         return _nowhere(first, 0.0)
-    low = 0.0
+    low, step = stands, width if stands else STEP
     while low < top:
-        high = min(low + STEP, top)
-        if (outcome := judge(high)[0]) is Outcome.STABLE:
-            low = high
-            continue
-        return _proven(_close_in(judge, low, high, width), high, outcome)
+        high = min(low + step, top)
+        if (outcome := judge(high)[0]) is not Outcome.STABLE:
+            beyond = {falls: Outcome.UNSTABLE} if falls > high else {}
+            return _close_in(judge, low, {high: outcome, **beyond}, width)
+        low, step = high, STEP
     return top, math.nan
-
-
-def _proven(found: tuple[float, float], far: float, outcome: Outcome) -> tuple[float, float]:
-    """A bracket without its falling end, where that is still the first one, whose verdict is undecided."""
-    stands, falls = found
-    return stands, math.nan if outcome is Outcome.UNDECIDED and falls == far else falls
 
 
 def _nowhere(first: Outcome, value: float) -> tuple[float, float]:
@@ -333,40 +344,71 @@ def _nowhere(first: Outcome, value: float) -> tuple[float, float]:
 
 
 def _close_in(
-    judge: Callable[[float], Answer], stands: float, falls: float, width: float = WIDTH
+    judge: Callable[[float], Answer], stands: float, others: dict[float, Outcome], width: float = WIDTH
 ) -> tuple[float, float]:
-    """Bring a value that stands and one that does not together; undecided values count as neither and end it.
+    """Bring a value that stands and one that falls together; nan for the second where no fall is proven.
+
+    Where values between are undecided, each is brought near to these on its own side.
+
+    others : values that do not stand, on one side of the one that stands, at least one
+    """
+    tried = dict(others)
+
+    def asked(value: float) -> Answer:
+        outcome, score = judge(value)
+        tried[value] = outcome
+        return outcome, score
+
+    def away(value: float) -> float:
+        return abs(value - stands)
+
+    stands, _ = _halved(asked, stands, min(others, key=away), width, (Outcome.STABLE,))
+    fell = [value for value, outcome in tried.items() if outcome not in (Outcome.STABLE, Outcome.UNDECIDED)]
+    if not fell:
+        return stands, math.nan
+    falls = min(fell, key=away)
+    doubts = [value for value, outcome in tried.items() if outcome is Outcome.UNDECIDED and away(value) < away(falls)]
+    if doubts:
+        # Quarters leave half of the width to undecided values that are only numerical.
+        _, falls = _halved(asked, max(doubts, key=away), falls, width / 4, (Outcome.STABLE, Outcome.UNDECIDED))
+        stands, _ = _halved(asked, stands, min(doubts, key=away), width / 4, (Outcome.STABLE,))
+    return stands, falls
+
+
+def _halved(
+    judge: Callable[[float], Answer], near: float, far: float, width: float, inside: Sequence[Outcome]
+) -> tuple[float, float]:
+    """Bring a value whose outcome is `inside` and one whose outcome is not together.
 
     The score of what falls vanishes towards the limit, nearly along a line. So the places just beside the zero of the
     line through the last two scores are tried, and the middle wherever that has not halved the bracket.
     """
     scores: list[tuple[float, float]] = []
     aims = True
-    while (wide := abs(falls - stands)) > width:
-        aim = _beside_the_zero(scores, stands, falls, width) if aims else None
-        trial = (stands + falls) / 2 if aim is None else aim
-        if trial in (stands, falls):
+    while (wide := abs(far - near)) > width:
+        aim = _beside_the_zero(scores, near, far, width) if aims else None
+        trial = (near + far) / 2 if aim is None else aim
+        if trial in (near, far):
             break  # no number lies between them
         outcome, score = judge(trial)
-        if outcome is Outcome.UNDECIDED:
-            break
-        if outcome is Outcome.STABLE:
-            stands = trial
+        if outcome in inside:
+            near = trial
         else:
-            falls = trial
-            scores = [*scores[-1:], (trial, score)] if math.isfinite(score) and score > 0 else scores
-        aims = aim is None or abs(falls - stands) <= wide / 2
-    return stands, falls
+            far = trial
+            falls = outcome is not Outcome.UNDECIDED and math.isfinite(score) and score > 0
+            scores = [*scores[-1:], (trial, score)] if falls else scores
+        aims = aim is None or abs(far - near) <= wide / 2
+    return near, far
 
 
-def _beside_the_zero(scores: Sequence[tuple[float, float]], stands: float, falls: float, width: float) -> float | None:
+def _beside_the_zero(scores: Sequence[tuple[float, float]], near: float, far: float, width: float) -> float | None:
     """A value next to the zero of the line through two scores, on the side not yet known; None where there is none."""
     if len(scores) < 2 or scores[0][1] <= scores[1][1]:
         return None
     (one, high), (other, low) = scores
     zero = other + low * (other - one) / (high - low)
-    aside = math.copysign(BESIDE * width, stands - falls)
-    inside = (value for value in (zero + aside, zero - aside) if min(stands, falls) < value < max(stands, falls))
+    aside = math.copysign(BESIDE * width, near - far)
+    inside = (value for value in (zero + aside, zero - aside) if min(near, far) < value < max(near, far))
     return next(inside, None)
 
 
@@ -394,14 +436,15 @@ def friction_limit(
     top : float, optional
         The most friction that is tried, finite.
     width : float, optional
-        The two coefficients that are returned are at most so far apart.
+        The two coefficients that are returned are at most so far apart, unless the outcome is "open".
 
     Returns
     -------
     Bracket
         Coefficients of friction. `stands` is nan when not even `top` is enough. `falls` is nan when the assembly stands
-        without friction (or, with cohesion, with the least friction that cohesion may go with), and when no fall could
-        be proven (the outcome is "open").
+        without friction (or, with cohesion, with the least friction that cohesion may go with). Where verdicts just
+        below `stands` are undecided the outcome is "open". Both are then as near to the undecided values as `width`,
+        and `falls` is nan where no fall was proven.
 
     Raises
     ------
@@ -451,11 +494,11 @@ def friction_limit(
             return _nowhere(Outcome.UNDECIDED if mixed else first, top)
         if (last := judge(least)[0]) is Outcome.STABLE:
             return least, math.nan
-        return _proven(_close_in(judge, top, least, width), least, last)
+        return _close_in(judge, top, {least: last}, width)
 
     if flow == "associated":
         stands, falls = bracket(judge, width)
-        unknown = math.isnan(falls) and stands > least
+        unknown = stands > least and not _is_closed(stands, falls, width)
         return _with_warnings(Bracket(stands, falls, "friction", open=unknown), posed, *told)
     width = max(width, COULOMB_FRICTION)
     found = [bracket(lambda mu, k=kind: _decided(judge(mu, [k])), width) for kind in FAMILY]
