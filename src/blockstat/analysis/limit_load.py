@@ -312,12 +312,12 @@ def limit_load(
     with timed(timings, "solve"):
         outcome, lower, upper, force, twist, iterations = _bracket(problem, direction, **how, progress=progress)
     bounded = outcome is not LoadOutcome.UNBOUNDED
-    doubts = gap_warnings(problem, more_may_help=bounded) + ([] if bounded else problem.strengths)
+    motion = unit_motion(problem.assembly, problem.to_blocks(twist))
+    doubts = gap_warnings(problem, more_may_help=bounded, mechanism=motion) + ([] if bounded else problem.strengths)
     found = LimitLoad(
-        outcome=outcome, lower=lower, upper=upper, forces=problem.to_points(force),
-        mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)), interfaces=problem.interfaces,
-        assembly=problem.assembly, warnings=(*problem.warnings, *doubts), timings=timings,
-        bonds=problem.to_bonds(force), ties=problem.to_ties(force), iterations=iterations, loads=loads,
+        outcome=outcome, lower=lower, upper=upper, forces=problem.to_points(force), mechanism=motion,
+        interfaces=problem.interfaces, assembly=problem.assembly, warnings=(*problem.warnings, *doubts),
+        timings=timings, bonds=problem.to_bonds(force), ties=problem.to_ties(force), iterations=iterations, loads=loads,
     )  # fmt: skip
     with timed(timings, "contacts without a normal or a width"):
         found = _beyond_doubt(problem, found, again, tolerance)

@@ -50,6 +50,10 @@ MIXED = (
 UPRIGHT = "loads stay as they are while gravity rotates"
 #: An outcome and its score.
 Answer = tuple[Outcome, float]
+#: Gives the answer at a value.
+Judge = Callable[[float], Answer]
+#: A value that stands and one that falls.
+Ends = tuple[float, float]
 
 
 class BracketOutcome(Sentence):
@@ -84,7 +88,7 @@ class Bracket(Result):
     worst: str = ""  #: the case of the imperfections that this bracket is of, the worst one, in words
     warnings: tuple[str, ...] = ()
     flow: str = "associated"  #: or "coulomb", as it was asked
-    #: whether verdicts just beyond `stands` are undecided, so that no fall is proven, or only further off than was asked
+    #: whether verdicts just beyond `stands` are undecided, so that no fall is proven, or one further off than was asked
     open: bool = False
 
     @property
@@ -258,12 +262,17 @@ def tilt_limit(
             brackets.append(replace(own, worst=case.words))
         worst = min(brackets, key=lambda own: -1.0 if math.isnan(own.least[0]) else own.least[0])
         return replace(worst, warnings=problem.warnings_with(worst.warnings))
-    return _with_warnings(replace(_tilt(problem, unit, loads, solver, flow), flow=flow), problem, *told)
+    return _with_warnings(replace(_tilt(problem, unit, loads, solver, flow), flow=flow), problem, loads, solver, *told)
 
 
-def _with_warnings(found: Bracket, problem: Problem, *more: str) -> Bracket:
-    """A bracket with what its reader must know of the joints; of near ones where the assembly does not stand."""
-    doubts = gap_warnings(problem, more_may_help=math.isnan(found.stands))
+def _with_warnings(found: Bracket, problem: Problem, loads: Loads | None, solver: str, *more: str) -> Bracket:
+    """A bracket with what its reader must know of the joints; of near ones where the assembly does not stand.
+
+    problem : as posed where the assembly would stand first
+    """
+    nowhere = math.isnan(found.stands)
+    motion = judged(problem, loads=loads, solver=solver, reserve=False).mechanism if nowhere else None
+    doubts = gap_warnings(problem, more_may_help=nowhere, mechanism=motion)
     return replace(found, warnings=(*problem.warnings, *doubts, *more))
 
 
@@ -315,9 +324,7 @@ def _is_closed(stands: float, falls: float, width: float) -> bool:
     return abs(falls - stands) <= max(width, float(np.spacing(max(abs(stands), abs(falls)))))
 
 
-def _scan(
-    judge: Callable[[float], Answer], top: float, width: float, stands: float = 0.0, falls: float = math.nan
-) -> tuple[float, float]:
+def _scan(judge: Judge, top: float, width: float, stands: float = 0.0, falls: float = math.nan) -> Ends:
     """First change from stable to not stable on the way up in steps, then closed in.
 
     stands : where it is above 0, a value that is known to stand and close to the limit, so the first step is small
@@ -343,9 +350,7 @@ def _nowhere(first: Outcome, value: float) -> tuple[float, float]:
     return math.nan, value if first is Outcome.UNSTABLE else math.nan
 
 
-def _close_in(
-    judge: Callable[[float], Answer], stands: float, others: dict[float, Outcome], width: float = WIDTH
-) -> tuple[float, float]:
+def _close_in(judge: Judge, stands: float, others: dict[float, Outcome], width: float = WIDTH) -> Ends:
     """Bring a value that stands and one that falls together; nan for the second where no fall is proven.
 
     Where values between are undecided, each is brought near to these on its own side.
@@ -354,15 +359,10 @@ def _close_in(
     """
     tried = dict(others)
 
-    def asked(value: float) -> Answer:
-        outcome, score = judge(value)
-        tried[value] = outcome
-        return outcome, score
-
     def away(value: float) -> float:
         return abs(value - stands)
 
-    stands, _ = _halved(asked, stands, min(others, key=away), width, (Outcome.STABLE,))
+    stands, _ = _halved(judge, stands, min(others, key=away), width, tried, Outcome.STABLE)
     fell = [value for value, outcome in tried.items() if outcome not in (Outcome.STABLE, Outcome.UNDECIDED)]
     if not fell:
         return stands, math.nan
@@ -370,15 +370,13 @@ def _close_in(
     doubts = [value for value, outcome in tried.items() if outcome is Outcome.UNDECIDED and away(value) < away(falls)]
     if doubts:
         # Quarters leave half of the width to undecided values that are only numerical.
-        _, falls = _halved(asked, max(doubts, key=away), falls, width / 4, (Outcome.STABLE, Outcome.UNDECIDED))
-        stands, _ = _halved(asked, stands, min(doubts, key=away), width / 4, (Outcome.STABLE,))
+        _, falls = _halved(judge, max(doubts, key=away), falls, width / 4, tried, Outcome.STABLE, Outcome.UNDECIDED)
+        stands, _ = _halved(judge, stands, min(doubts, key=away), width / 4, tried, Outcome.STABLE)
     return stands, falls
 
 
-def _halved(
-    judge: Callable[[float], Answer], near: float, far: float, width: float, inside: Sequence[Outcome]
-) -> tuple[float, float]:
-    """Bring a value whose outcome is `inside` and one whose outcome is not together.
+def _halved(judge: Judge, near: float, far: float, width: float, tried: dict[float, Outcome], *inside: Outcome) -> Ends:
+    """Bring a value whose outcome is `inside` and one whose outcome is not together; values tried are noted.
 
     The score of what falls vanishes towards the limit, nearly along a line. So the places just beside the zero of the
     line through the last two scores are tried, and the middle wherever that has not halved the bracket.
@@ -391,6 +389,7 @@ def _halved(
         if trial in (near, far):
             break  # no number lies between them
         outcome, score = judge(trial)
+        tried[trial] = outcome
         if outcome in inside:
             near = trial
         else:
@@ -489,7 +488,7 @@ def friction_limit(
         found = judged(problem, loads=loads, solver=solver, flow=flow, reserve=False, kinds=kinds)
         return found.outcome, found.score
 
-    def bracket(judge: Callable[[float], Answer], width: float) -> tuple[float, float]:
+    def bracket(judge: Judge, width: float) -> tuple[float, float]:
         if (first := judge(top)[0]) is not Outcome.STABLE:
             return _nowhere(Outcome.UNDECIDED if mixed else first, top)
         if (last := judge(least)[0]) is Outcome.STABLE:
@@ -499,10 +498,10 @@ def friction_limit(
     if flow == "associated":
         stands, falls = bracket(judge, width)
         unknown = stands > least and not _is_closed(stands, falls, width)
-        return _with_warnings(Bracket(stands, falls, "friction", open=unknown), posed, *told)
+        return _with_warnings(Bracket(stands, falls, "friction", open=unknown), posed, loads, solver, *told)
     width = max(width, COULOMB_FRICTION)
     found = [bracket(lambda mu, k=kind: _decided(judge(mu, [k])), width) for kind in FAMILY]
-    return _with_warnings(replace(_of_kinds(found, "friction"), flow=flow), posed, *told)
+    return _with_warnings(replace(_of_kinds(found, "friction"), flow=flow), posed, loads, solver, *told)
 
 
 def _friction_of_laws(assembly: Assembly, interfaces: Interfaces) -> list[str]:
