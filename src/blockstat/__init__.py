@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from blockstat.analysis.coulomb import CoulombState
     from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
     from blockstat.analysis.thrust import ThrustOutcome, ThrustRange, thrust_range
-    from blockstat.analysis.tilt_friction import Bracket, BracketOutcome, friction_limit, tilt_limit
+    from blockstat.analysis.tilt_friction.bracket import Bracket, BracketOutcome
+    from blockstat.analysis.tilt_friction.friction import friction_limit
+    from blockstat.analysis.tilt_friction.tilt import tilt_limit
     from blockstat.analysis.verdict import Outcome, Verdict
     from blockstat.assembly import Assembly, Block, glued
     from blockstat.certificate.check import Certificate
@@ -160,7 +162,9 @@ _HOMES = {
         "analysis.coulomb": "CoulombState",
         "analysis.limit_load": "LimitLoad LoadOutcome limit_load",
         "analysis.thrust": "ThrustOutcome ThrustRange thrust_range",
-        "analysis.tilt_friction": "Bracket BracketOutcome friction_limit tilt_limit",
+        "analysis.tilt_friction.bracket": "Bracket BracketOutcome",
+        "analysis.tilt_friction.friction": "friction_limit",
+        "analysis.tilt_friction.tilt": "tilt_limit",
         "analysis.verdict": "Outcome Verdict",
         "assembly": "Assembly Block glued",
         "certificate.check": "Certificate",

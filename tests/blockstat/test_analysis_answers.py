@@ -43,7 +43,7 @@ from blockstat.analysis.decision import (
 from blockstat.analysis.limit_load import DILATES, UNBOUNDED, LimitLoad, _beyond_bounds, bracket
 from blockstat.analysis.problem import pose
 from blockstat.analysis.thrust import ThrustRange, admissible, support_indices
-from blockstat.analysis.tilt_friction import Bracket, BracketOutcome
+from blockstat.analysis.tilt_friction.bracket import Bracket, BracketOutcome
 from blockstat.certificate.bracket import ROUNDING
 from blockstat.certificate.bracket import Bracket as LimitBracket
 from blockstat.certificate.check import FORCE_LIMIT, FORCE_TOLERANCE, WORK_ROUNDING, Certificate

@@ -119,9 +119,8 @@ def test_loads_on_faces_go_by_the_tolerances_that_are_stated():
 
 
 def test_tilts_are_searched_in_the_steps_and_widths_that_are_stated():
-    from blockstat import tilt_limit
-    from blockstat.analysis import tilt_friction
-    from blockstat.analysis.tilt_friction import Bracket, friction_limit
+    from blockstat import Bracket, friction_limit, tilt_limit
+    from blockstat.analysis.tilt_friction import friction, tilt
 
     block = assembly([box((-9, -9, -1), (9, 9, 0)), box((0, 0, 0), (1, 0.5, 2))], friction=0.3)
     for axis, tangent in (("x", 0.25), ("y", 0.3)):
@@ -132,13 +131,13 @@ def test_tilts_are_searched_in_the_steps_and_widths_that_are_stated():
     scanned = tilt_limit(block, "y", loads=still)
     assert scanned.stands == pytest.approx(math.degrees(math.atan(0.3)), abs=1e-4)
     assert 0 < scanned.falls - scanned.stands <= 1e-6
-    assert tilt_friction.COULOMB_WIDTH == 1e-2
+    assert tilt.COULOMB_WIDTH == 1e-2
     slope = block.with_(gravity=(0.1, 0, -1))
     found = friction_limit(slope)
     assert found.falls == pytest.approx(0.1, abs=1e-6)
     assert 0 < found.stands - found.falls <= 1e-6
     assert friction_limit(block.with_(gravity=(1, 0, -1))).falls == 10.0
-    assert tilt_friction.COULOMB_FRICTION == 1e-4
+    assert friction.COULOMB_FRICTION == 1e-4
     plain = Bracket(1.0, 2.0)
     assert (plain.parameter, plain.unit, plain.kinds, plain.worst) == ("parameter", "", (), "")
     with pytest.raises(AttributeError):

@@ -32,8 +32,8 @@ from blockstat import (
     tilt_limit,
     write,
 )
-from blockstat.analysis import tilt_friction
 from blockstat.analysis.limit_load import _carried
+from blockstat.analysis.tilt_friction import bracket, tilt
 from blockstat.contact.features import ContactKind
 from blockstat.imperfection.lost_edges import least_width, lose_edges
 from blockstat.imperfection.lost_patches import corner_speeds, lose_rims
@@ -636,7 +636,7 @@ def test_a_case_of_which_nothing_is_known_without_dilatancy_is_worse_than_one_th
 
 def test_the_tilt_of_the_worst_case_without_dilatancy_is_that_of_the_joints_that_bear_least(monkeypatch):
     told = iter([((30.0, 31.0), (10.0, 11.0)), ((20.0, 21.0), (15.0, 16.0))])
-    monkeypatch.setattr(tilt_friction, "_tilt", lambda *_: tilt_friction._of_kinds(next(told), "tilt", "deg"))
+    monkeypatch.setattr(tilt, "_tilt", lambda *_: bracket.of_kinds(next(told), "tilt", "deg"))
     found = tilt_limit(stack(1), "y", flow="coulomb", imperfections=Imperfections(density={"*": (1.0, 2.0)}))
     assert (found.stands, found.least) == (30.0, (10.0, 11.0))
 

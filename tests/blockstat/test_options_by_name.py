@@ -10,7 +10,8 @@ import blockstat
 import dynsim
 from blockstat import Assembly, InputError, assess, find_interfaces, glued
 from blockstat.analysis import assess as assess_room
-from blockstat.analysis import coulomb, decision, limit_load, problem, reserve, thrust, tilt_friction, verdict
+from blockstat.analysis import coulomb, decision, limit_load, problem, reserve, thrust, verdict
+from blockstat.analysis.tilt_friction import friction, tilt
 from blockstat.io import files, folder, mesh, native, obj, parts, surface
 from blockstat.io.compas import read as compas_read
 from blockstat.io.compas import write as compas_write
@@ -51,7 +52,7 @@ def pushed():
     asm = stack(1)
     limit_load.limit_load(asm, (1, 0, 0)).joints()
     thrust.thrust_range(asm, ["ground"], (0, 0, -1))
-    tilt_friction.friction_limit(asm)
+    friction.friction_limit(asm)
     verdict.motion_words(asm, find_interfaces(asm), np.zeros((2, 6)))
 
 
@@ -87,7 +88,7 @@ ROOMS = {
     "limits": (
         pushed,
         [limit_load.limit_load, limit_load.bracket, limit_load.LimitLoad.joints, thrust.thrust_range,
-         two_loads.load_domain, thrust.standing, tilt_friction.tilt_limit, tilt_friction.friction_limit,
+         two_loads.load_domain, thrust.standing, tilt.tilt_limit, friction.friction_limit,
          verdict.motion_words, verdict.first_words],
     ),
     "loads": (

@@ -15,11 +15,14 @@ from blockstat import (
     Tie,
     assess,
     find_interfaces,
+    friction_limit,
     glued,
     limit_load,
+    tilt_limit,
 )
 from blockstat.analysis.problem import checked_loads, crushes, free_fall, pose, timed
 from blockstat.analysis.rims import gap_warnings
+from evidence.scenes.edges import prism as extruded
 from evidence.scenes.small import assembly, box, prism
 
 GROUND = box((-9, -9, -1), (9, 9, 0), name="ground")
@@ -319,6 +322,69 @@ def test_joints_that_are_almost_taken_are_told_where_the_verdict_is_not_stable()
     (text,) = gap_warnings(problem, more_may_help=True)
     assert text.startswith("near joints that were not taken: 2 (gap tolerance 0.01")
     assert 'the closest "ground" to "c0" with 0.011 m: a larger tolerance may change the answer' in text
+
+
+NEAR_EDGES = "near edges and corners that were not taken"
+
+
+def ridge(x, height, name="near"):
+    """A roof along y whose ridge is at that place and height."""
+    return extruded([(x - 0.25, -1), (x + 0.25, -1), (x, height)], -1, 2, name=name)
+
+
+@pytest.mark.parametrize(
+    ("others", "told"),
+    [
+        ([ridge(0.9, -0.011)], True),
+        ([ridge(0.9, -0.04)], True),
+        ([ridge(0.9, -0.06)], False),  # beyond five times the tolerance
+        ([ridge(0.1, -0.011)], False),  # the cube turns away from it
+    ],
+)
+def test_edges_that_are_almost_taken_are_told_where_they_are_in_the_way_of_the_fall(others, told):
+    """A cube on a ridge left of its middle turns over to the right, where it would come down on the other ridge."""
+    blocks = [ridge(0.4, 0.0, "under"), box((0, 0, 0), (1, 1, 1), name="cube"), *others]
+    asm = assembly(blocks, supports=["under", "near"], friction=0.5)
+    for found in (assess(asm), tilt_limit(asm, "y"), friction_limit(asm)):
+        near = [text for text in found.warnings if text.startswith(NEAR_EDGES)]
+        assert bool(near) is told
+        assert all('the closest "cube" to "near"' in text for text in near)
+    assert assess(asm).outcome is Outcome.UNSTABLE
+    assert (assess(asm, gap=0.05).outcome is Outcome.STABLE) is told
+
+
+@pytest.mark.parametrize("left", [(-0.1, -1), (-0.1, 0)], ids=["ridge", "ledge"])
+def test_an_edge_of_a_block_that_touches_elsewhere_is_told(left):
+    outline = [(-0.1, -2), (1.4, -2), (1.4, -1), (0.9, -0.02), (0.65, -1), (0.4, 0), left]
+    blocks = [extruded(outline, -1, 2, name="roofs"), box((0, 0, 0), (1, 1, 1), name="cube")]
+    asm = assembly(blocks, supports=["roofs"], friction=0.5)
+    (text,) = assess(asm).warnings
+    assert text == (
+        f"{NEAR_EDGES} and are in the way of the fall: 1 (gap tolerance 0.01 of the block size), the closest "
+        '"roofs" to "cube" with 0.02 m: a larger tolerance may change the answer'
+    )
+    assert assess(asm, gap=0.021).outcome is Outcome.STABLE
+
+
+@pytest.mark.parametrize(("push", "arm", "wider", "told"), [(1, 0.1, 0.4, True), (-1, 0.5, 0.5, False)])
+def test_edges_that_are_almost_taken_are_told_where_they_may_raise_a_limit(push, arm, wider, told):
+    """Pushed at mid-height, a cube on a ledge turns over the end of the ledge, or over the ridge if that is taken."""
+    ledge = box((-1, -1, -1), (0.6, 2, 0), name="ledge")
+    blocks = [ledge, ridge(0.9, -0.011), box((0, 0, 0), (1, 1, 1), name="cube")]
+    asm = assembly(blocks, supports=["ledge", "near"], friction=3.0)
+    found = limit_load(asm, (push, 0, 0))
+    assert found.lower == pytest.approx(arm / 0.5, rel=2e-4)
+    assert any(text.startswith(NEAR_EDGES) for text in found.warnings) is told
+    assert limit_load(asm, (push, 0, 0), gap=0.02).lower == pytest.approx(wider / 0.5, rel=0.05)
+
+
+def test_edges_are_looked_for_where_the_tolerance_is_a_length_or_wide():
+    blocks = [ridge(0.4, 0.0, "under"), ridge(0.9, -0.011), box((0, 0, 0), (1, 1, 1), name="cube")]
+    asm = assembly(blocks, supports=["under", "near"], friction=0.5)
+    for gap, told in (("5 mm", True), ("2 mm", False), (0.1, False)):
+        assert any(text.startswith(NEAR_EDGES) for text in assess(asm, gap=gap).warnings) is told
+    (text,) = [text for text in assess(asm, gap="5 mm").warnings if text.startswith(NEAR_EDGES)]
+    assert "(gap tolerance 5 mm)" in text
 
 
 def test_joints_that_do_not_quite_close_are_counted():

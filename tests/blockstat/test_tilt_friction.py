@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Assembly, InputError, JointLaw, Outcome, assess, friction_limit, tilt_limit
+from blockstat import Assembly, Block, InputError, JointLaw, Outcome, assess, friction_limit, tilt_limit
 from blockstat.analysis.limit_load import LoadOutcome
-from blockstat.analysis.tilt_friction import BracketOutcome, _close_in, _scan
+from blockstat.analysis.tilt_friction.bisection import close_in, scan
+from blockstat.analysis.tilt_friction.bracket import BracketOutcome
 from evidence.scenes.small import assembly, box
 
 #: By a tilt about y gravity leans towards -x, about -y towards +x.
@@ -47,14 +48,17 @@ def test_a_leaning_pair_tilts_further_one_way(axis, tension):
 
 
 @pytest.mark.parametrize(("stands", "falls"), [(0.0, 1.0), (1.0, 0.0)])
-def test_a_bracket_is_left_where_a_verdict_is_undecided(stands, falls):
+@pytest.mark.parametrize("half", [0.1, 2e-7, 0.0])
+def test_what_stands_and_what_falls_are_each_closed_in_on_beside_undecided_values(stands, falls, half):
     def judge(value):
-        if abs(value - 0.3) < 0.1:
+        if abs(value - 0.3) < half:
             return Outcome.UNDECIDED, math.nan
         return (Outcome.STABLE if (value < 0.3) == (stands < falls) else Outcome.UNSTABLE), math.nan
 
-    found = _close_in(judge, stands, falls)
-    assert found == ((0.0, 0.5) if stands < falls else (0.5, 0.0))  # a quarter is undecided
+    found = close_in(judge, stands, {falls: Outcome.UNSTABLE}, 1e-6)
+    ends = (0.3 - half, 0.3 + half) if stands < falls else (0.3 + half, 0.3 - half)
+    assert found == pytest.approx(ends, abs=1e-6)
+    assert abs(found[0] - found[1]) <= 2 * half + 1e-6 if half > 1e-6 else abs(found[0] - found[1]) <= 1e-6
 
 
 SCORES = {
@@ -78,7 +82,7 @@ def test_a_bracket_is_closed_in_on_whatever_the_scores(score, stands, falls):
         gap = (value - 0.3217) * (1 if stands < falls else -1)
         return (Outcome.STABLE, 0.0) if gap < 0 else (Outcome.UNSTABLE, rule(gap))
 
-    one, other = _close_in(judge, stands, falls, 1e-6)
+    one, other = close_in(judge, stands, {falls: Outcome.UNSTABLE}, 1e-6)
     assert min(one, other) <= 0.3217 <= max(one, other) <= min(one, other) + 1e-6
     assert (one < other) == (stands < falls)
     assert len(tried) <= most
@@ -111,14 +115,14 @@ def test_friction_is_not_asked_for_where_no_joint_takes_it():
 
 @pytest.mark.parametrize("ask", [lambda asm: tilt_limit(asm, "y"), friction_limit])
 def test_what_is_undecided_as_it_stands_is_not_told_to_fall(ask, monkeypatch):
-    from blockstat.analysis import tilt_friction
+    from blockstat.analysis.tilt_friction import tilt, varied
 
-    monkeypatch.setattr(tilt_friction, "judged", lambda *_, **__: replace(real, outcome=Outcome.UNDECIDED))
+    monkeypatch.setattr(varied, "judged", lambda *_, **__: replace(real, outcome=Outcome.UNDECIDED))
     asm = slab_on_a_slope()
     real = assess(asm)
     if ask is not friction_limit:
         asm = asm.with_(gravity=(0, 0, -9.81), friction=0.0)
-        monkeypatch.setattr(tilt_friction, "limited", lambda *_, **__: dead)
+        monkeypatch.setattr(tilt, "limited", lambda *_, **__: dead)
         dead = SimpleNamespace(outcome=LoadOutcome.DEAD_LOAD_UNSTABLE)
     found = ask(asm)
     assert found.outcome is BracketOutcome.UNDECIDED
@@ -140,14 +144,48 @@ def overlapping_pair(**options):
 def test_a_fall_that_is_not_proven_is_not_told():
     """The pillar at the side tips at atan(1/2) = 26.57 degrees, and its corners that overlap may hold it."""
     found = tilt_limit(overlapping_pair(), "y")
-    assert (found.outcome, found.stands, math.isnan(found.falls)) == (BracketOutcome.OPEN, 25.0, True)
+    assert (found.outcome, math.isnan(found.falls)) == (BracketOutcome.OPEN, True)
+    assert found.stands == pytest.approx(math.degrees(math.atan(0.5)), abs=1e-4)
     assert "Not stable" not in found.explain()
     assert found.summary()["falls"] is None
     assert found.summary()["outcome"] == "open"
     slides = friction_limit(overlapping_pair(gravity=(0.3, 0, -1.0)))  # at .3
     assert (slides.outcome, math.isnan(slides.falls)) == (BracketOutcome.OPEN, True)
-    assert 0.3 <= slides.stands < 0.7
+    assert 0.3 <= slides.stands < 0.3 + 2e-6
     assert friction_limit(slab_on_a_slope()).outcome is BracketOutcome.LIMIT
+
+
+def stopped_by_an_edge(*others):
+    """A cube on a slope of .3 along the diagonal of its base, in front of a pillar of which it meets an edge alone."""
+    down = 0.3 / math.sqrt(2.0)
+    blocks = [box((-3, -3, -1), (9, 9, 0)), box((0, 0, 0), (1, 1, 1)), box((1, 1, 0), (2, 2, 1)), *others]
+    supports = [0, 2, *([3] if others else [])]
+    return Assembly.from_blocks(blocks, supports=supports, gravity=(down, down, -1.0))
+
+
+def test_a_fall_beyond_undecided_values_is_closed_in_on():
+    """The edge may stop the cube, below .3. A slab on a wedge of another slope slides below .2 all the same."""
+    turn = Rotation.from_rotvec((math.atan(0.3) - math.atan(0.2)) * np.array([1.0, -1.0, 0.0]) / math.sqrt(2.0))
+    wedge, slab = (
+        Block(np.array([6.0, 0.0, 3.0]) + turn.apply(one.vertices), one.faces)
+        for one in (box((-1, -1, -0.5), (1, 1, 0)), box((-0.5, -0.5, 0), (0.5, 0.5, 0.2)))
+    )
+    alone, both = (friction_limit(stopped_by_an_edge(*others), width=1e-4) for others in ((), (wedge, slab)))
+    assert (alone.outcome, both.outcome) == (BracketOutcome.OPEN, BracketOutcome.OPEN)
+    assert math.isnan(alone.falls)
+    assert "Not stable" not in alone.explain()
+    assert both.falls == pytest.approx(0.2, abs=1e-4)
+    assert "Not stable at a friction of" in both.explain()
+    for found in (alone, both):
+        assert found.stands == pytest.approx(0.3, abs=1e-4)
+
+
+def test_a_tilt_beyond_which_nothing_is_proven_is_that_of_the_load():
+    """The edge may stop the cube, which slides at atan(.3)."""
+    asm = stopped_by_an_edge().with_(gravity=(0, 0, -1.0), friction=0.3)
+    found = tilt_limit(asm, (1, -1, 0))
+    assert found.outcome is BracketOutcome.OPEN
+    assert found.stands == pytest.approx(math.degrees(math.atan(0.3)), abs=1e-4)
 
 
 @pytest.mark.parametrize("limit", [28.3, 30.0])
@@ -157,7 +195,7 @@ def test_a_fall_is_told_where_one_is_proven_before_the_value_that_is_undecided(l
             return Outcome.UNDECIDED, math.nan
         return (Outcome.STABLE if degrees < limit else Outcome.UNSTABLE), math.nan
 
-    stands, falls = _scan(judge, 180.0, 1e-6)
+    stands, falls = scan(judge, 180.0, 1e-6)
     assert limit - 1e-6 <= stands < limit
     assert math.isnan(falls) if limit == 30.0 else limit <= falls <= stands + 1e-6
 

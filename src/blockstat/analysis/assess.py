@@ -13,7 +13,14 @@ from blockstat.analysis.coulomb import FAMILY, CoulombState, coulomb_state, stat
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed, with_joints
 from blockstat.analysis.reserve import neutral_blocks, neutral_warning, resting_warning
-from blockstat.analysis.rims import falling_freely, gap_warnings, judged_with_rims, overlap_warnings, rim_warnings
+from blockstat.analysis.rims import (
+    falling_freely,
+    gap_warnings,
+    judged_with_rims,
+    near_edge_warnings,
+    overlap_warnings,
+    rim_warnings,
+)
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate, check
 from blockstat.contact.interfaces import GAP, Interfaces
@@ -133,7 +140,9 @@ def assess(
     options: dict[str, Any] = {"solver": solver, "flow": flow, "tightnesses": tightnesses, "score": score}
     if imperfections is not None:
         return _worst(problem, loads, imperfections, {"gap": gap, **options})
-    return judged(problem, loads=loads, memory=memory, **options)
+    verdict = judged(problem, loads=loads, memory=memory, **options)
+    near = near_edge_warnings(problem, verdict.mechanism) if verdict.outcome is Outcome.UNSTABLE else []
+    return replace(verdict, warnings=(*verdict.warnings, *near)) if near else verdict
 
 
 def _worst(problem: Problem, loads: Loads | None, imperfections: Imperfections, options: dict[str, Any]) -> Verdict:

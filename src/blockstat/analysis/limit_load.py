@@ -339,11 +339,12 @@ def limited(
     with timed(timings, "solve"):
         outcome, lower, upper, force, twist, iterations = _bracket(problem, load, **how, progress=progress)
     bounded = outcome is not LoadOutcome.UNBOUNDED
-    told = (*problem.warnings, *gap_warnings(problem, more_may_help=bounded), *([] if bounded else problem.strengths))
+    motion = unit_motion(problem.assembly, problem.to_blocks(twist))
+    doubts = gap_warnings(problem, more_may_help=bounded, mechanism=motion) + ([] if bounded else problem.strengths)
     found = LimitLoad(
-        outcome=outcome, lower=lower, upper=upper, forces=problem.to_points(force), bonds=problem.to_bonds(force),
-        mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)), ties=problem.to_ties(force), loads=loads,
-        interfaces=problem.interfaces, assembly=problem.assembly, iterations=iterations, timings=timings, warnings=told,
+        outcome=outcome, lower=lower, upper=upper, forces=problem.to_points(force), mechanism=motion,
+        interfaces=problem.interfaces, assembly=problem.assembly, warnings=(*problem.warnings, *doubts),
+        bonds=problem.to_bonds(force), ties=problem.to_ties(force), loads=loads, iterations=iterations, timings=timings,
     )  # fmt: skip
     with timed(timings, "contacts without a normal or a width"):
         found = _beyond_doubt(problem, found, again, tolerance)
@@ -497,14 +498,12 @@ def bracket(
     return outcome, lower / unit, upper / unit, field, twist, iterations
 
 
-def _beyond_bounds(
-    so_far: Bracket, answer: Answer, dead: Floats, unit: float
-) -> tuple[LoadOutcome, float, float, Floats]:
+def _beyond_bounds(way: Bracket, answer: Answer, dead: Floats, unit: float) -> tuple[LoadOutcome, float, float, Floats]:
     """What is carried, and the forces, where a solver finds no limit or one beyond what bounded forces can prove."""
-    so_far.carry(dead + UNBOUNDED * answer.force / (answer.multiplier if answer.multiplier > 0 else 1), UNBOUNDED)
-    if so_far.lower >= (1.0 - ROUNDING) * UNBOUNDED:
+    way.carry(dead + UNBOUNDED * answer.force / (answer.multiplier if answer.multiplier > 0 else 1), UNBOUNDED)
+    if way.lower >= (1.0 - ROUNDING) * UNBOUNDED:
         return LoadOutcome.UNBOUNDED, np.inf, np.inf, dead
-    return LoadOutcome.UNDECIDED, so_far.lower / unit, np.inf, so_far.force
+    return LoadOutcome.UNDECIDED, way.lower / unit, np.inf, way.force
 
 
 def _solved(conic: ConicProgram, on_the_way: Bracket | None, dead: Floats, solver: str) -> tuple[Answer, bool]:

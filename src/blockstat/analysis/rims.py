@@ -3,29 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import numpy as np
 
 from blockstat.analysis.problem import Problem, crushes
 from blockstat.analysis.reserve import loose_joints
 from blockstat.certificate.falling import falling_blocks
-from blockstat.contact.interfaces import NEAR_MISS, Interfaces, find_interfaces
+from blockstat.contact.edges import CONVEX
+from blockstat.contact.features import ContactKind
+from blockstat.contact.interfaces import NEAR_MISS, Interfaces, find_interfaces, near_blocks
 from blockstat.contact.overlap.penetration import overlaps
 from blockstat.contact.point_law import point_law
-from blockstat.contact.tolerance import beyond, gap_words, stated_length
+from blockstat.contact.tolerance import allowed_gap, beyond, gap_words, stated_length
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
+from blockstat.geometry.convexity import protrusions
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.loads import Loads, up_of, weighted
 from blockstat.program.ties import tied_pairs
 from blockstat.result import plain
 from blockstat.typing import Floats, Ints
 
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
 #: Speeds below this fraction of the fastest corner are rounding.
 SLOW = 1e-6
 NOWHERE = np.empty(0, dtype=np.int64)
 #: Programs that hold only what mechanisms have asked for; the next one holds all.
 ROUNDS = 4
+#: The widest share of the size of a block up to which edges and corners are looked for.
+WIDEST = 0.19
 
 
 class _Judged(Protocol):
@@ -107,26 +115,36 @@ def _resisting(problem: Problem, mechanism: Floats) -> Unresolved:
     assembly, rims = problem.assembly, problem.interfaces.rims
     if rims is None or not len(rims):
         return unresolved_contacts(assembly, problem.interfaces, pairs=np.empty((0, 2), dtype=np.int64))
-    a, b = rims.T
-    apart = (
-        mechanism[b, :3] - mechanism[a, :3] + np.cross(mechanism[a, 3:], assembly.centroid[a] - assembly.centroid[b])
-    )
-    turn = (mechanism[b, 3:] - mechanism[a, 3:]) * assembly.size[b, None]
-    moving = rims[np.hypot(np.linalg.norm(apart, axis=1), np.linalg.norm(turn, axis=1)) > SLOW]
+    moving = _moving(assembly, mechanism, rims)
     if problem.unresolved is None:
         found = unresolved_contacts(assembly, problem.interfaces, gap=problem.gap, pairs=moving)
     else:
         found = problem.unresolved().among(moving, assembly.n_blocks)
     if not len(found.pair):
         return found
-    corners = found.as_corners()
-    one, two = (point_velocity(assembly, mechanism, corners.pair[:, side], corners.point) for side in (0, 1))
-    opening = np.einsum("nj,nj->n", corners.frame[:, 0], two - one)
+    opening = _opening(assembly, mechanism, found.as_corners())
     passing, closing = np.full(len(found.pair), -np.inf), np.full(len(found.pair), np.inf)
     np.maximum.at(passing, found.contact, opening)
     np.minimum.at(closing, found.contact, opening)
     grazes = np.where(_slivers(problem, found.pair), True, passing <= SLOW)
     return found.only(grazes & (closing < -SLOW))
+
+
+def _moving(assembly: Assembly, mechanism: Floats, pairs: Ints) -> Ints:
+    """Those of some pairs of blocks that a mechanism moves against each other."""
+    a, b = pairs.T
+    apart = (
+        mechanism[b, :3] - mechanism[a, :3] + np.cross(mechanism[a, 3:], assembly.centroid[a] - assembly.centroid[b])
+    )
+    turn = (mechanism[b, 3:] - mechanism[a, 3:]) * assembly.size[b, None]
+    return pairs[np.hypot(np.linalg.norm(apart, axis=1), np.linalg.norm(turn, axis=1)) > SLOW]
+
+
+def _opening(assembly: Assembly, mechanism: Floats, joints: Interfaces) -> Floats:
+    """How fast a mechanism opens each point of some joints [m], below zero where it closes it."""
+    joint = joints.point_interface
+    one, two = (point_velocity(assembly, mechanism, joints.pair[joint, side], joints.point) for side in (0, 1))
+    return np.einsum("nj,nj->n", joints.frame[joint, 0], two - one)
 
 
 def falling_freely(problem: Problem, loads: Loads | None = None, held: Ints = NOWHERE) -> Ints:
@@ -227,7 +245,7 @@ def pairs_driven(problem: Problem, mechanism: Floats) -> Ints:
     return np.unique(_resisting(problem, mechanism).pair, axis=0)
 
 
-def gap_warnings(problem: Problem, *, more_may_help: bool) -> list[str]:
+def gap_warnings(problem: Problem, *, more_may_help: bool, mechanism: Floats | None = None) -> list[str]:
     """Say when the answer may hang on the joint tolerance.
 
     Parameters
@@ -236,6 +254,8 @@ def gap_warnings(problem: Problem, *, more_may_help: bool) -> list[str]:
         The posed problem.
     more_may_help
         Whether further joints may change the answer; they do not where all is carried.
+    mechanism
+        As in `overlap_warnings`: edges and corners in its way are told too. None to leave that to the caller.
 
     Returns
     -------
@@ -262,11 +282,64 @@ def gap_warnings(problem: Problem, *, more_may_help: bool) -> list[str]:
             "change the answer"
         )
     found += _within_warp(problem) if more_may_help else []
+    found += near_edge_warnings(problem, mechanism) if more_may_help and mechanism is not None else []
     loose = loose_joints(assembly, interfaces)
     if loose.any():
         worst = f"{plain(1e3 * interfaces.gap[loose].max(), 2)} mm"
         found.append(f"{loose.sum()} of {len(loose)} joints do not quite close (up to {worst}) and count as touching")
     return found
+
+
+def near_edge_warnings(problem: Problem, mechanism: Floats) -> list[str]:
+    """Say when edges and corners beyond the joint tolerance are in the way of a mechanism.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    mechanism
+        As in `overlap_warnings`.
+
+    Returns
+    -------
+    list of str
+        One warning that names the closest, or none. Joints that displaced corners took along are not doubted.
+
+    Notes
+    -----
+    With the tolerance times `NEAR_MISS`, contacts are looked for between the blocks that move against each other.
+    What the mechanism does not close cannot stop it. Pairs of which a near patch was dropped have a warning already,
+    and two convex blocks with a patch meet in its plane alone.
+    """
+    assembly, interfaces, gap = problem.assembly, problem.interfaces, problem.gap
+    if interfaces.moved or not mechanism.any():
+        return []
+    length, n = stated_length(gap), assembly.n_blocks
+    dropped = [other.a * n + other.b for other in interfaces.dropped if other.reason != "sliver"]
+    first_face = np.searchsorted(assembly.face_block, np.arange(n))
+    convex = np.maximum.reduceat(protrusions(assembly), first_face) <= CONVEX * assembly.size
+    flat = interfaces.pair[interfaces.kinds == ContactKind.FACE]
+    beside_a_plane = flat[convex[flat].all(axis=1)]
+    told = np.concatenate([np.array(dropped, dtype=np.int64), beside_a_plane @ [n, 1]])
+    pairs = _moving(assembly, mechanism, near_blocks(assembly, gap=gap))
+    pairs = pairs[~np.isin(pairs @ [n, 1], told)]
+    if not len(pairs):
+        return []
+    wider = min(NEAR_MISS * float(gap), WIDEST) if length is None else f"{NEAR_MISS * length:.17g} m"
+    found = find_interfaces(assembly, gap=wider, near=pairs)
+    limit = allowed_gap(assembly, gap)[found.pair].min(axis=1)
+    closing = np.minimum.reduceat(_opening(assembly, mechanism, found), found.start[:-1]) < -SLOW
+    # An edge in the plane of a patch is part of it. By a length, patches that are taken may be open by their warp too.
+    new = ((found.kinds != ContactKind.FACE) | (length is None)) & (found.gap > limit) & closing
+    if not new.any():
+        return []
+    least = int(np.where(new, found.gap / limit, np.inf).argmin())
+    a, b = (assembly.names[i] for i in found.pair[least])
+    return [
+        f"near edges and corners that were not taken and are in the way of the fall: {new.sum()} (gap tolerance "
+        f'{gap_words(gap)}), the closest "{a}" to "{b}" with {beyond(found.gap[least], limit[least])} m: a larger '
+        "tolerance may change the answer"
+    ]
 
 
 def _within_warp(problem: Problem) -> list[str]:

@@ -9,7 +9,8 @@ from time import process_time
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.limit_load import limit_load
-from blockstat.analysis.tilt_friction import BracketOutcome, friction_limit
+from blockstat.analysis.tilt_friction.bracket import BracketOutcome
+from blockstat.analysis.tilt_friction.friction import friction_limit
 from blockstat.analysis.verdict import Verdict
 from blockstat.app.background import Channel
 from blockstat.app.design import EDGES, PUSHES, Began, Failed, Judged, Pushed, Question, Scored, Slipped

@@ -314,7 +314,7 @@ def tilt_command(
     """
     from math import isnan
 
-    from blockstat.analysis.tilt_friction import tilt_limit
+    from blockstat.analysis.tilt_friction.tilt import tilt_limit
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units, up=up)
     near = gap_of(gap)

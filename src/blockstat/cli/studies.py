@@ -127,7 +127,7 @@ def friction_command(
     as_json: AsJson = False,
 ) -> None:
     """Find the least coefficient of friction with which an assembly stands, whatever its own is."""
-    from blockstat.analysis.tilt_friction import friction_limit
+    from blockstat.analysis.tilt_friction.friction import friction_limit
 
     near = gap_of(gap)
     assembly = load_assembly(file, friction=None, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)

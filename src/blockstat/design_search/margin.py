@@ -11,7 +11,7 @@ import numpy as np
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
-from blockstat.analysis.tilt_friction import AXES
+from blockstat.analysis.tilt_friction.tilt import AXES
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
