@@ -328,9 +328,8 @@ def test_an_earthquake_among_the_live_loads_does_not_push_what_has_no_mass(run, 
         warnings.simplefilter("always")
         status, out, _ = run(command, path, "--case", case, "--json")
     told = [str(each.message) for each in given if "no mass" in str(each.message)]
-    assert [f'case "{case}": the loads that stay press down by {idle} N' in text for text in told] == [True] * bool(
-        idle
-    )
+    assert len(told) == bool(idle)
+    assert all(text.startswith(f'case "{case}": the loads that stay press down by {idle} N') for text in told)
     assert status == 0
     if (command, case) == ("limit", "whole"):
         assert json.loads(out)["upper"] == pytest.approx(1 / 12, rel=1e-3)
