@@ -92,6 +92,32 @@ class WeightedLoads:
         force = (self.weight - 1.0) * assembly.mass[:, None] * assembly.gravity
         return np.hstack([force, np.zeros_like(force)])
 
+    def pressing(self, assembly: Assembly) -> Floats:
+        """Return by how much the loads press down on the blocks beside what their masses weigh.
+
+        A factor above 1 presses with them. One below 1 takes from the weight, and not from the loads.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            As in `more_weight`.
+
+        Returns
+        -------
+        array, shape (n_blocks,)
+            Forces along gravity [N]; negative where loads lift a block.
+
+        Examples
+        --------
+        >>> from blockstat import Assembly, box
+        >>> cube = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))], density=1000.0)
+        >>> roof = np.array([[0.0, 0, -500, 0, 0, 0]])
+        >>> [WeightedLoads(roof, weight).pressing(cube).round(6).item() for weight in (0.9, 1.0, 1.1)]
+        [500.0, 500.0, 1481.0]
+        """
+        acting = self.beside + self.more_weight(assembly) if self.weight > 1 else self.beside
+        return acting[:, :3] @ -up_of(assembly)
+
 
 #: Loads that stay, as analyses take them: a wrench on each block, shape (n_blocks, 6) [N, N m], or with the factor.
 Loads = Floats | WeightedLoads

@@ -1,12 +1,13 @@
 """What a capacity curve refuses, what it is controlled by, and what it tells of its points and events."""
 
 from dataclasses import replace
-from itertools import permutations
+from itertools import islice, permutations
 
 import numpy as np
 import pytest
 
 from blockstat import Assembly, InputError, JointLaw, capacity, nonlinear_check
+from blockstat.large_displacement.finite_steps.follower import StepFollower
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent
 from evidence.dynamics.capacity import portal
@@ -177,6 +178,37 @@ def test_a_curve_that_cannot_be_followed_is_lost_and_keeps_its_points(monkeypatc
     assert curve.outcome.word == "lost"
     assert 0 < curve.displacement[-1] < 0.2
     assert curve.explain().startswith("Lost: the mechanism could not be followed any further")
+
+
+def refused_after(items, follow):
+    """A follower that comes to a pose with joints at fault after so many items."""
+
+    def refused(*given):
+        yield from islice(follow(*given), items)
+        raise InputError("interfaces: at fault")
+
+    return refused
+
+
+@pytest.mark.parametrize("steps_too", [False, True])
+def test_a_fault_on_the_way_keeps_the_curve_up_to_there(monkeypatch, steps_too):
+    """The diagonal from the toe to the centroid is sqrt(17) / 4 long: Pythagoras gives the multiplier at each point."""
+    monkeypatch.setattr(LinkageFollower, "follow", refused_after(4, LinkageFollower.follow))
+    if steps_too:
+        monkeypatch.setattr(StepFollower, "follow", refused_after(3, StepFollower.follow))
+    curve = capacity(block(), ALONG, control="block", steps=10, displacement=0.2)
+    out = 0.25 - curve.displacement
+    np.testing.assert_allclose(curve.lower, out / np.sqrt(17 / 16 - out**2), rtol=1e-3)
+    assert curve.outcome.word == ("lost" if steps_too else "reached")
+    assert 0.04 < curve.displacement[-1] < 0.2 if steps_too else curve.displacement[-1] == pytest.approx(0.2)
+    told = [text for text in curve.warnings if text.endswith("whose joints cannot be analysed: interfaces: at fault")]
+    assert len(told) == 1 + steps_too
+
+
+def test_a_fault_before_the_first_point_is_passed_on(monkeypatch):
+    monkeypatch.setattr(LinkageFollower, "follow", refused_after(0, LinkageFollower.follow))
+    with pytest.raises(InputError, match="interfaces: at fault"):
+        capacity(block(), ALONG, control="block", steps=2, displacement=0.2)
 
 
 def test_a_curve_of_joints_with_cells_is_refused():

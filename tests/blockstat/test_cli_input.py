@@ -289,8 +289,70 @@ def test_a_case_that_presses_down_without_mass_is_told_where_an_acceleration_gro
             warnings.simplefilter("always")
             assert run(command, path, *options, "--case", "own")[0] == 0
         extra = (weight - 1) * 0.5 * 3 * 2 * 2700 * 9.81
-        text = f'case "own": its loads press down by {extra:.6g} N and have no mass'
+        text = f'case "own": the loads that stay press down by {extra:.6g} N and have no mass'
         assert any(str(each.message).startswith(text) for each in given) is told
+
+
+#: A pier of 19620 N, and a roof that weighs as much on its top.
+SHAKEN = """
+[material]
+density = 2000
+[elements.pier]
+kind = "box"
+size = [0.5, 1, 2]
+[loads]
+roof = { kind = "point", block = "pier", point = [0, 0, 2], force = [0, 0, -19620] }
+inertia = { kind = "point", block = "pier", point = [0, 0, 2], force = [19620, 0, 0] }
+wind = { kind = "point", block = "pier", point = [0, 0, 2], force = [19620, 0, 0] }
+quake = { kind = "acceleration", direction = [1, 0, 0] }
+[cases]
+roofed = { factors = { roof = 1.0 }, live = { quake = 1.0 } }
+heavy = { weight = 2.0, live = { quake = 1.0 } }
+half = { factors = { roof = 1.0 }, live = { quake = 2.0, inertia = 1.0 } }
+whole = { factors = { roof = 1.0 }, live = { quake = 2.0, inertia = 2.0 } }
+windy = { factors = { roof = 1.0 }, live = { wind = 1.0 } }
+still = { factors = { roof = 1.0 }, live = { wind = 1.0, quake = 0.0 } }
+light = { weight = 0.5, factors = { roof = 0.5 } }
+"""
+
+
+@pytest.mark.parametrize("command", ["limit", "capacity"])
+@pytest.mark.parametrize(
+    ("case", "idle"), [("roofed", 19620), ("heavy", 19620), ("half", 9810), ("whole", 0), ("windy", 0), ("still", 0)]
+)
+def test_an_earthquake_among_the_live_loads_does_not_push_what_has_no_mass(run, tmp_path, command, case, idle):
+    """With all of the roof's inertia 1 g tips it at 1/6, 2 g at 1/12; a wind has a limit of its own."""
+    path = tmp_path / "pier.toml"
+    path.write_text(SHAKEN)
+    with warnings.catch_warnings(record=True) as given:
+        warnings.simplefilter("always")
+        status, out, _ = run(command, path, "--case", case, "--json")
+    told = [str(each.message) for each in given if "no mass" in str(each.message)]
+    assert len(told) == bool(idle)
+    assert all(text.startswith(f'case "{case}": the loads that stay press down by {idle} N') for text in told)
+    assert status == 0
+    if (command, case) == ("limit", "whole"):
+        assert json.loads(out)["upper"] == pytest.approx(1 / 12, rel=1e-3)
+
+
+def test_the_table_of_cases_tells_what_an_earthquake_does_not_push(run, tmp_path):
+    path = tmp_path / "pier.toml"
+    path.write_text(SHAKEN)
+    _, out, _ = run("cases", path, "--json")
+    rows = {row["case"]: [text for text in row["warnings"] if "no mass" in text] for row in json.loads(out)["rows"]}
+    assert {name for name, told in rows.items() if told} == {"roofed", "heavy", "half"}
+    assert rows["half"][0].startswith("the loads that stay press down by 9810 N and have no mass")
+
+
+def test_a_lighter_weight_takes_no_mass_from_a_roof_in_limit_and_code_check_alike(run, tmp_path):
+    path = tmp_path / "pier.toml"
+    path.write_text(SHAKEN)
+    with warnings.catch_warnings(record=True) as given:
+        warnings.simplefilter("always")
+        run("limit", path, "--case", "light", "--load", "1,0,0")
+        out = run("code-check", path, "--case", "light", "--load", "1,0,0")[1]
+    assert any('case "light": the loads that stay press down by 9810 N' in str(each.message) for each in given)
+    assert "permanent loads of 9810 N press down and have no mass" in out
 
 
 @pytest.mark.parametrize(

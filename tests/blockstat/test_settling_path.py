@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from blockstat import (
     settle_to_collapse,
     write,
 )
+from blockstat.large_displacement.finite_steps.follower import StepFollower
 from blockstat.model import arch, assemble
 from blockstat.studies import settling_path
 from blockstat.studies.settling_path import PathOutcome
@@ -204,6 +206,51 @@ def test_an_interruption_before_the_first_point_is_passed_on(monkeypatch):
     monkeypatch.setattr(settling_path, "follow_path", interrupted)
     with pytest.raises(KeyboardInterrupt):
         settle_to_collapse(portal(), SINKS, displacement=0.05)
+
+
+def test_a_fault_on_the_way_keeps_the_path_up_to_there(monkeypatch):
+    whole = settle_to_collapse(portal(), SINKS, displacement=0.1, steps=10)
+    real = StepFollower.follow
+
+    def refused(*given):
+        yield from islice(real(*given), 4)
+        raise InputError("interfaces: at fault")
+
+    monkeypatch.setattr(StepFollower, "follow", refused)
+    found = settle_to_collapse(portal(), SINKS, displacement=0.1, steps=10)
+    assert found.outcome is PathOutcome.LOST
+    np.testing.assert_array_equal(found.displacement, whole.displacement[:4])
+    np.testing.assert_array_equal(found.reaction, whole.reaction[:4])
+    assert f"from {found.displacement[-1]:.4g} m on the blocks come to a pose whose joints" in found.explain()
+
+
+def thick_arch(thickness, side, way):
+    """A semicircular arch of radius 1 on supports, one of which moves."""
+    ring = arch(span=2 - thickness, thickness=thickness, depth=0.5, voussoirs=12, springers=0.3)
+    return settle_to_collapse(assemble(ring, friction=0.8), {f"springer.{side}": way}, steps=10)
+
+
+def test_a_thick_arch_whose_stones_turn_by_a_right_angle_falls_at_once_like_its_neighbours():
+    """The straight line through two thicker arches leads to it, and its mirror image falls at the same place."""
+    ends = [thick_arch(thickness, "right", (1, 0, 0)) for thickness in (0.3, 0.302, 0.305)]
+    assert [end.outcome for end in ends] == 3 * [PathOutcome.COLLAPSE]
+    here, near, far = (end.collapse for end in ends)
+    assert here == pytest.approx(near - (far - near) * 2 / 3, rel=1e-4)
+    assert thick_arch(0.3, "left", (-1, 0, 0)).collapse == pytest.approx(here, rel=1e-9)
+
+
+def test_a_stone_that_falls_falls_whatever_lies_far_away():
+    """It bears on the post over .1 m, and its centroid is beyond the pier. A slab far away is more than a fall long."""
+    blocks = [box((-1, 0, -2), (0, 1, 0), name="pier"), box((0.3, 0, -2), (1.3, 1, 0), name="post")]
+    blocks.append(box((-0.3, 0, 0), (0.4, 1, 0.2), name="stone"))
+    away = [box((20, 0, -1), (32, 1, 0), name="floor"), box((20.5, 0, 0), (31.5, 1, 0.4), name="slab")]
+    alone = Assembly.from_blocks(blocks, supports=["pier", "post"], friction=0.6)
+    beside = Assembly.from_blocks([*blocks, *away], supports=["pier", "post", "floor"], friction=0.6)
+    for scene in (alone, beside):
+        found = settle_to_collapse(scene, {"post": (1, 0, 0)}, displacement=1.0)
+        assert found.collapse == pytest.approx(0.1, rel=1e-4)
+        assert [event.kind for event in found.events] == ["jump"]
+        assert not any("finite steps" in text for text in found.warnings)
 
 
 def test_a_path_without_any_state_is_jammed(monkeypatch):

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 from blockstat.cli.options import (
@@ -29,7 +28,6 @@ from blockstat.cli.options import (
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.places import written
 from blockstat.cli.progress import at_work
-from blockstat.contact.tolerance import ROUNDING
 from blockstat.errors import InputError, InputWarning
 
 if TYPE_CHECKING:
@@ -286,7 +284,7 @@ def _warn_of_no_case(tables: Mapping[str, Any], file: Path) -> None:
         warnings.warn(text, InputWarning, stacklevel=4)
 
 
-def warn_of_no_mass(assembly: Assembly, case: LoadCase | None) -> None:
+def warn_of_no_mass(assembly: Assembly, case: LoadCase | None, *, live_grows: bool = False) -> None:
     """Say that an acceleration does not push what a case adds to the weight.
 
     Parameters
@@ -294,23 +292,17 @@ def warn_of_no_mass(assembly: Assembly, case: LoadCase | None) -> None:
     assembly : Assembly
         The blocks.
     case : LoadCase or None
-        The loads that stay while an acceleration of the blocks grows.
+        Has the loads that stay while an acceleration of the blocks grows.
+    live_grows : bool
+        Whether the acceleration is among its live loads, which then grow.
 
     Warns
     -----
     InputWarning
         With the force that presses down without mass.
     """
-    if case is None:
-        return
-    down = case.loads[assembly.free, :3] @ assembly.gravity / np.linalg.norm(assembly.gravity)
-    pressing = float(down[down > 0].sum())
-    if pressing > ROUNDING * assembly.free_weight:
-        text = (
-            f'case "{case.name}": its loads press down by {pressing:.6g} N and have no mass, so an acceleration of the '
-            "blocks does not push them; where they are weight, what grows must have their inertia, too"
-        )
-        warnings.warn(text, InputWarning, stacklevel=3)
+    if case is not None and (told := case.without_mass(assembly, live_grows=live_grows)):
+        warnings.warn(f'case "{case.name}": {told}', InputWarning, stacklevel=3)
 
 
 def warn_of_left_out(case: LoadCase | None) -> None:
@@ -390,7 +382,7 @@ def load_and_loads(
     Warns
     -----
     InputWarning
-        With `--load`, that loads of the case press down without mass.
+        That loads of the case press down without mass, where an acceleration grows.
     """
     if load is not None:
         warn_of_no_mass(assembly, case)
@@ -405,6 +397,7 @@ def load_and_loads(
             else f'case "{case.name}" has no live loads'
         )
         raise InputError(f"{lack}; give what grows by --load AX,AY,AZ")
+    warn_of_no_mass(assembly, case, live_grows=True)
     return case.live, case.weighted_permanent if weighted else case.permanent
 
 
@@ -559,7 +552,7 @@ def case_answers(assembly: Assembly, cases: dict[str, LoadCase], *, gap: float |
         if case.live.any():
             found = limit_load(assembly, case.live, loads=case.permanent, **options).summary()
             row |= {"status": found["status"], "lower": found["lower"], "upper": found["upper"]}
-            told += tuple(found["warnings"])
+            told += (*found["warnings"], *filter(None, [case.without_mass(assembly, live_grows=True)]))
         elif case.live_names:
             row["status"] = "live_loads_are_zero"
         yield row | {"warnings": list(dict.fromkeys(told))}

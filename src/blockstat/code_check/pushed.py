@@ -16,7 +16,7 @@ from blockstat.analysis.problem import Loads, checked_loads
 from blockstat.contact.cells import centres
 from blockstat.errors import InputError, check_positive
 from blockstat.large_displacement.displaced.pose import Pose, displaced_points
-from blockstat.loads import WeightedLoads, acceleration, three, up_of
+from blockstat.loads import WeightedLoads, acceleration, three
 from blockstat.program.ties import tie_wrenches
 from blockstat.typing import Floats, Ints
 
@@ -124,7 +124,9 @@ def check_pushed(
         push[block, 3:] += np.cross(place - assembly.centroid[block], force)
     beside, passed = acting_beside_weight(limit)
     beside = beside - limit.lower * push
-    free, acting = assembly.free, beside
+    free, weight = assembly.free, loads.weight if isinstance(loads, WeightedLoads) else 1.0
+    more = WeightedLoads(beside, weight).more_weight(assembly)
+    down = WeightedLoads(beside - more, weight).pressing(assembly)
     if loads is not None:
         beside = beside - checked_loads(assembly, loads)
     weights = assembly.mass * np.linalg.norm(assembly.gravity)
@@ -149,15 +151,12 @@ def check_pushed(
             f"the limit is not that of an acceleration along {[*map(float, direction)]} of all that has mass: "
             f'another load acts on "{name}" ({told})'
         )
-    if isinstance(loads, WeightedLoads) and loads.weight < 1:
-        acting = acting - loads.more_weight(assembly)
-    return push, _idle(assembly, acting, carried, close), _weightless(assembly, acting, carried, close)
+    return push, _idle(assembly, down, carried, close), _weightless(assembly, down, carried, close)
 
 
-def _weightless(assembly: Assembly, acting: Floats, carried: Floats, close: Floats) -> tuple[str, ...]:
+def _weightless(assembly: Assembly, down: Floats, carried: Floats, close: Floats) -> tuple[str, ...]:
     """What to say of masses whose weight is not among the permanent loads; the arguments are those of `_idle`."""
-    down = float(acting[assembly.free, :3].sum(axis=0) @ -up_of(assembly))
-    missing = float(carried.sum()) - max(down, 0.0)
+    missing = float(carried.sum()) - max(float(down[assembly.free].sum()), 0.0)
     if missing <= float(close.sum()):
         return ()
     return (
@@ -166,22 +165,22 @@ def _weightless(assembly: Assembly, acting: Floats, carried: Floats, close: Floa
     )
 
 
-def _idle(assembly: Assembly, acting: Floats, carried: Floats, close: Floats) -> tuple[str, ...]:
+def _idle(assembly: Assembly, down: Floats, carried: Floats, close: Floats) -> tuple[str, ...]:
     """What to say of permanent loads that press down without a mass.
 
     Parameters
     ----------
     assembly
         The blocks.
-    acting
-        The permanent loads, shape (n_blocks, 6) [N, N m].
+    down
+        By how much the permanent loads press down on each block, shape (n_blocks,) [N].
     carried
         The weights that have a mass besides the blocks' own, shape (n_blocks,) [N].
     close
         Forces that are none, shape (n_blocks,) [N].
     """
     free = assembly.free
-    down = acting[free, :3] @ assembly.gravity / np.linalg.norm(assembly.gravity)
+    down = down[free]
     # Loads of one block are known as their sum alone, but what lifts one does not take the mass of others away.
     pressing = down - carried[free]
     idle = float(pressing[pressing > close[free]].sum())

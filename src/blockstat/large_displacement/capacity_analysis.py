@@ -29,7 +29,7 @@ from blockstat.large_displacement.finite_steps.whole_path import follow_path, pa
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.parts import part_that_moves_control
-from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState
+from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathFault, PathState
 from blockstat.large_displacement.linkage.state_solver import A_LITTLE_WAY, StateSolver
 from blockstat.large_displacement.mechanism_finder import MechanismFinder
 from blockstat.large_displacement.self_stress import (
@@ -324,6 +324,7 @@ class _Record:
     points: list[CapacityPoint] = field(default_factory=list)
     events: list[PathEvent] = field(default_factory=list)
     fallen: list[FallenBlocks] = field(default_factory=list)
+    faults: list[PathFault] = field(default_factory=list)
     outcome: CapacityOutcome = CapacityOutcome.INTERRUPTED
 
 
@@ -359,6 +360,8 @@ def _followed(
                     item = replace(item, before=record.events.pop().before)  # a mixture of two mechanisms was between
                 record.events.append(item)
                 tell(item)
+            elif isinstance(item, PathFault):
+                record.faults.append(item)
             else:
                 assert isinstance(item, PathEnd)
                 record.outcome = CapacityOutcome[item.name]
@@ -388,7 +391,7 @@ def _capacity_point(state: PathState, limit: LimitLoad) -> CapacityPoint:
 
 
 def _warnings(record: _Record, limit: LimitLoad, structure: Structure, told: Sequence[str]) -> tuple[str, ...]:
-    warnings, assembly = [*limit.warnings, *told], limit.assembly
+    warnings, assembly = [*limit.warnings, *told, *(fault.told for fault in record.faults)], limit.assembly
     unproven = sum(not state.forces.proven for state in record.states)
     if unproven:
         warnings.append(

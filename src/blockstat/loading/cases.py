@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
+from blockstat.contact.tolerance import ROUNDING
 from blockstat.errors import InputError, gathered, is_number, known_options, no_such
 from blockstat.loading.ground import dispersed_forces, fill_forces, fluid_forces
 from blockstat.loading.on_faces import body_load, line_forces, patch_forces, point_forces, surface_forces
@@ -55,6 +56,7 @@ class LoadCase:
     placed_permanent: PlacedForces | None = None  #: the forces of `permanent` at their points; None where not known
     placed_live: PlacedForces | None = None  #: those of `live`
     live_names: tuple[str, ...] = ()  #: the loads under `live`, those with a factor of zero, too
+    shaking: Floats | None = None  #: the part of `live` that is accelerations, shape (n_blocks, 6); None: none is known
 
     @property
     def loads(self) -> Floats:
@@ -92,6 +94,41 @@ class LoadCase:
         return (
             f'case "{self.name}": its live loads, of {self.combination}, are left out of the code check, for they are '
             "not permanent; put them under factors if they act with the earthquake"
+        )
+
+    def without_mass(self, assembly: Assembly, *, live_grows: bool = False) -> str:
+        """Return what is said where an acceleration grows and loads that stay press down, which it does not push.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            The blocks.
+        live_grows : bool, optional
+            Whether the live loads grow, and not an acceleration beside the case. Then it is those under `shaking` that
+            push the blocks, and what the other live loads push along with them has a mass.
+
+        Returns
+        -------
+        str
+            With the force that presses down without mass; empty where there is none.
+        """
+        held = self.weighted_permanent if live_grows else self.weighted_loads
+        idle = held.pressing(assembly)
+        if live_grows:
+            if self.shaking is None:
+                return ""
+            push, other = self.shaking[:, :3], (self.live - self.shaking)[:, :3]
+            square = (push**2).sum(axis=1)
+            own = assembly.mass * np.linalg.norm(assembly.gravity)
+            with_mass = own * (push * other).sum(axis=1) / np.where(square > 0, square, 1.0)
+            idle = np.where(square > 0, idle - np.maximum(with_mass, 0.0), 0.0)
+        idle = idle[assembly.free]
+        pressing = float(idle[idle > 0].sum())
+        if pressing <= ROUNDING * assembly.free_weight:
+            return ""
+        return (
+            f"the loads that stay press down by {pressing:.6g} N and have no mass, so an acceleration of the blocks "
+            "does not push them; where they are weight, what grows must have their inertia, too"
         )
 
     def under_gravity_of(self, assembly: Assembly) -> LoadCase:
@@ -180,7 +217,8 @@ def load_cases(
     acting = [name for name in given if name in used]
     forces = gathered(partial(_forces, assembly, given[name], f"loads.{name}", shared) for name in acting)
     made = dict(zip(acting, forces, strict=True))
-    return {name: _case(assembly, name, table, made) for name, table in asked.items()}
+    of_masses = {name for name in acting if isinstance(given[name], Mapping) and given[name]["kind"] == "acceleration"}
+    return {name: _case(assembly, name, table, made, of_masses) for name, table in asked.items()}
 
 
 @known_options
@@ -314,17 +352,21 @@ def _forces(assembly: Assembly, table: Any, path: str, shared: Callable[[], Inte
         raise InputError(f"{path}: a {table['kind']} load cannot be made of {dict(table)}") from None
 
 
-def _case(assembly: Assembly, name: str, table: Tables, made: Mapping[str, PlacedForces]) -> LoadCase:
-    """The combination of one case."""
+def _case(
+    assembly: Assembly, name: str, table: Tables, made: Mapping[str, PlacedForces], accelerations: set[str]
+) -> LoadCase:
+    """The combination of one case, and the names of the loads that are accelerations."""
 
-    def summed(key: str) -> PlacedForces:
-        return joined(assembly, (made[load].times(factor) for load, factor in table.get(key, {}).items()))
+    def summed(factors: Tables) -> PlacedForces:
+        return joined(assembly, (made[load].times(factor) for load, factor in factors.items()))
 
-    stay, live = summed("factors"), summed("live")
+    stay, growing = summed(table.get("factors", {})), table.get("live", {})
+    live = summed(growing)
+    shaking = {load: factor for load, factor in growing.items() if factor and load in accelerations}
     own = WeightedLoads(stay.wrenches(assembly), table.get("weight", 1.0))
     parts = [f"{own.weight:g} weight"]
     parts += [f"{factor:g} {load}" for load, factor in table.get("factors", {}).items()]
-    parts += [f"{factor:g} {load} (live)" for load, factor in table.get("live", {}).items()]
+    parts += [f"{factor:g} {load} (live)" for load, factor in growing.items()]
     more = at_centroids(assembly, own.more_weight(assembly))
     return LoadCase(
         name=name,
@@ -336,5 +378,6 @@ def _case(assembly: Assembly, name: str, table: Tables, made: Mapping[str, Place
         beside=own.beside,
         placed_permanent=joined(assembly, (stay, more)),
         placed_live=live,
-        live_names=tuple(table.get("live", {})),
+        live_names=tuple(growing),
+        shaking=summed(shaking).wrenches(assembly) if shaking else None,
     )

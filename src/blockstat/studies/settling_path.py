@@ -23,7 +23,7 @@ from blockstat.large_displacement.finite_steps.whole_path import follow_path, pa
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.kinematics import pose_at
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
-from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState
+from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathFault, PathState
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.mechanism_finder import MechanismFinder
 from blockstat.large_displacement.shared_slip import joints_that_slide_alone
@@ -262,7 +262,8 @@ def settle_to_collapse(
     if linkage.sticking.all() and _moves_straight(acting, motion) and _ties_ride(acting, motion + moving):
         whole = states.first(linkage, start, motion)
         return _path(first, structure, [] if whole is None else [whole], [], PathOutcome.FOLLOWS)
-    found, events, outcome = _followed(follower, linkage, start, motion, progress)
+    found, events, outcome, told = _followed(follower, linkage, start, motion, progress)
+    first = replace(first, warnings=(*first.warnings, *told))
     return _path(first, structure, _with_strength_at_rest(found, linkage, start), events, outcome)
 
 
@@ -337,9 +338,10 @@ def _followed(
     pose: Pose,
     motion: Floats,
     progress: Callable[[float, float], None] | None,
-) -> tuple[list[PathState], list[PathEvent], PathOutcome]:
-    """All states and events and how the path ends, or what was found of it when it was interrupted."""
+) -> tuple[list[PathState], list[PathEvent], PathOutcome, list[str]]:
+    """All states and events, how the path ends and what is told of it; or what was found when it was interrupted."""
     states: list[PathState] = []
+    told: list[str] = []
     events: list[PathEvent] = []
     before: list[int] = []  # states before each event
     outcome = PathOutcome.INTERRUPTED
@@ -353,6 +355,8 @@ def _followed(
             elif isinstance(item, PathEvent):
                 events.append(item)
                 before.append(len(states))
+            elif isinstance(item, PathFault):
+                told.append(item.told)
             elif not isinstance(item, FallenBlocks):
                 outcome = PathOutcome.LOST if item is PathEnd.LOCKED else PathOutcome[item.name]
     except KeyboardInterrupt:
@@ -360,7 +364,7 @@ def _followed(
             raise
     if outcome is PathOutcome.COLLAPSE:
         states, events = _before_the_fall(states, events, before, follower.tolerance * follower.step)
-    return states, events, outcome
+    return states, events, outcome, told
 
 
 def _before_the_fall(

@@ -75,7 +75,7 @@ def displaced_interfaces(
     first = point[start]
     start = np.append(start, len(point))
     joint, whole = contacts.joint[first], kind[start[:-1]] == PLANE_JOINT
-    along = np.einsum("nij,nj->ni", pose.rotation[interfaces.pair[joint, 0]], interfaces.frame[joint, 1])
+    along = np.einsum("nij,nkj->nki", pose.rotation[interfaces.pair[joint, 0]], interfaces.frame[joint, 1:])
     area, share = _areas(contacts.area[point], whole, start)
     return Interfaces(
         pair=interfaces.pair[joint],
@@ -112,8 +112,14 @@ def _areas(area: Floats, whole: np.ndarray, start: Ints) -> tuple[Floats, Floats
 
 
 def _frames(n: Floats, along: Floats) -> Floats:
-    """Right-handed frames with normals n and first tangents near the given ones, shape (k, 3, 3)."""
-    t: Floats = along - np.einsum("ni,ni->n", along, n)[:, None] * n
+    """Right-handed frames with normals n, shape (k, 3, 3).
+
+    The first tangent is near the first of two unit vectors at right angles, shape (k, 2, 3). Where the normal has
+    turned to within 45 degrees of that one, it is near the second one, which is then further from it than that.
+    """
+    cosine = np.einsum("ni,ni->n", along[:, 0], n)
+    near = along[np.arange(len(n)), (np.abs(cosine) > np.sqrt(0.5)).astype(int)]
+    t: Floats = near - np.einsum("ni,ni->n", near, n)[:, None] * n
     t = t / np.linalg.norm(t, axis=1)[:, None]
     frame: Floats = np.stack([n, t, np.cross(n, t)], axis=1)
     return frame

@@ -11,7 +11,7 @@ import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.tolerance import ROUNDING
-from blockstat.errors import check_count, check_number, check_positive
+from blockstat.errors import InputError, check_count, check_number, check_positive
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly, free_sizes
 from blockstat.large_displacement.displaced.structure import Structure
@@ -21,7 +21,7 @@ from blockstat.large_displacement.finite_steps.implicit_follower import Implicit
 from blockstat.large_displacement.finite_steps.trial_state import per_unit_parameter
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage
-from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathPoint, PathState
+from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathFault, PathPoint, PathState
 from blockstat.large_displacement.linkage.state_solver import A_LITTLE_WAY
 from blockstat.solve.dispatch import STRUCTURED
 from blockstat.typing import Floats
@@ -43,11 +43,13 @@ AT_REST = 1e-3
 TOLD_FLAW = 1e-4
 #: The largest tolerance of a path. Chosen: a curve that is wrong by more than a tenth is none.
 LARGEST_TOLERANCE = 0.1
+#: What a path consists of.
+PathItem = PathState | PathEvent | FallenBlocks | PathFault | PathEnd
 
 
 def follow_path(
     follower: LinkageFollower, linkage: Linkage, pose: Pose, guess: Floats, first: PathState | None, *, change: float
-) -> Iterator[PathState | PathEvent | FallenBlocks | PathEnd]:
+) -> Iterator[PathItem]:
     """Yield the path of a linkage and, where the linkage is lost, the path by finite steps from there on.
 
     Parameters
@@ -67,14 +69,19 @@ def follow_path(
 
     Yields
     ------
-    PathState, PathEvent, FallenBlocks or PathEnd
+    PathState, PathEvent, FallenBlocks, PathFault or PathEnd
         In order; the end comes last.
+
+    Raises
+    ------
+    InputError
+        Where there is not even a first state.
     """
     last: PathState | None = None
-    item: PathState | PathEvent | PathEnd | None = None
+    item: PathItem | None = None
     for path in _beginnings(follower, linkage, first):
-        waiting: list[PathState | PathEvent | PathEnd] | None = []
-        for item in path:
+        waiting: list[PathItem] | None = []
+        for item in _until_a_fault(path, last):
             if item is PathEnd.COLLAPSE and last is not None and last.point.parameter <= AT_REST * follower.step:
                 item = PathEnd.LOST
             if item is PathEnd.LOST:
@@ -95,7 +102,23 @@ def follow_path(
     if item is PathEnd.LOST:
         start = _at_rest(follower, linkage, pose, guess) if last is None else last.point
         steps = _step_follower(follower, linkage, start, change)
-        yield from steps.follow(linkage if last is None else last.linkage, start)
+        yield from _until_a_fault(steps.follow(linkage if last is None else last.linkage, start), last)
+
+
+def _until_a_fault(path: Iterator[PathItem], last: PathState | None) -> Iterator[PathItem]:
+    """A path that is lost at a pose whose joints are refused; what leads there is kept, if it is more than nothing.
+
+    What a user has given was checked at rest.
+    """
+    try:
+        for item in path:
+            last = item if isinstance(item, PathState) else last
+            yield item
+    except InputError as error:
+        if last is None:
+            raise
+        yield PathFault(last.point.parameter, str(error))
+        yield PathEnd.LOST
 
 
 def _beginnings(

@@ -50,7 +50,8 @@ class JumpEnd:
     pose: Pose  #: without a linkage: as far as the fall was followed
     opened: list[int]  #: joints that open, numbers of interfaces
     shut: list[int]  #: joints that close
-    #: without a linkage: whether the blocks have fallen (`FALLEN`); if not, the fall could not be followed
+    #: without a linkage: whether the blocks have fallen, far (`FALLEN`) or upside down; if not, the fall could not be
+    #: followed
     fell: bool = False
 
 
@@ -169,7 +170,21 @@ def _first_closing(
 
 
 def _landed(linkage: Linkage, pose: Pose, parameter: float, opened: list[int]) -> JumpEnd:
-    """The end of a jump, with the contacts sticking that have closed and the ties held that are taut."""
+    """The end of a jump, with the contacts sticking that have closed and the ties held that are taut.
+
+    Blocks have fallen whose faces look away from each other where they meet again: they have turned half round, and the
+    corners that close are beside the faces.
+    """
     closed = linkage.just_closed(pose, parameter)
+    if len(closed) and _looks_away(linkage, pose)[closed].all():
+        return JumpEnd(None, pose, opened, [], fell=True)
     shut = linkage.contacts.joint[closed[closed < linkage.contacts.number]].tolist()
     return JumpEnd(linkage.rejoined(closed, pose, parameter), pose, opened, shut)
+
+
+def _looks_away(linkage: Linkage, pose: Pose) -> np.ndarray:
+    """Whether the blocks of contacts have turned by more than a right angle against each other, in order of `gaps`."""
+    contacts = linkage.contacts
+    turned = [np.einsum("nij,nj->ni", pose.rotation[block], contacts.normal) for block in contacts.pair.T]
+    away: np.ndarray = np.einsum("ni,ni->n", *turned) < 0
+    return np.append(away, np.zeros(len(linkage.assembly.ties), dtype=bool))

@@ -85,3 +85,16 @@ class PathEvent:
     after: float | None  #: the same after it; None where no admissible state follows, infinite where the blocks lock
     opened: tuple[int, ...]  #: joints that open, numbers of interfaces
     shut: tuple[int, ...]  #: joints that close, numbers of interfaces
+
+
+@dataclass(frozen=True)
+class PathFault:
+    """A pose with joints that no analysis takes, a fault of the program: it ends what was followed up to there."""
+
+    parameter: float  #: of the last state before it [m]
+    why: str
+
+    @property
+    def told(self) -> str:
+        """What a reader must know of it."""
+        return f"from {self.parameter:.4g} m on the blocks come to a pose whose joints cannot be analysed: {self.why}"
