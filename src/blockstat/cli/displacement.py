@@ -92,6 +92,14 @@ def _curve_to_write(path: Path | None) -> Path | None:
     return file_to_write(TABLE)(path) if path is not None and path.suffix.lower() == TABLE else picture_to_write(path)
 
 
+Curve = Annotated[
+    Path | None,
+    typer.Option(
+        "-o", "--output", callback=_curve_to_write, help="Also draw it (.png, .svg, .pdf), or write it (.csv)."
+    ),
+]
+
+
 def capacity_command(
     file: FileArgument,
     load: Annotated[
@@ -120,12 +128,7 @@ def capacity_command(
     ] = None,
     steps: Steps = 30,
     tolerance: Annotated[float, typer.Option(metavar="T", help="Of the curve between its points.")] = 1e-4,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", callback=_curve_to_write, help="Also draw it (.png, .svg, .pdf), or write it (.csv)."
-        ),
-    ] = None,
+    output: Curve = None,
     film: Film = None,
     as_json: AsJson = False,
 ) -> None:
