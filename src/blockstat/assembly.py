@@ -27,8 +27,8 @@ from blockstat.errors import (
 )
 from blockstat.geometry.polyhedron import Polyhedra, reach_down, read_only
 from blockstat.geometry.validity import check_geometry
-from blockstat.joint import JointLaw, Tie, check_laws
-from blockstat.result import names_like
+from blockstat.joint import JointLaw, Tie, check_laws, with_layers
+from blockstat.result import counted, names_like
 from blockstat.surface.folds import unfolded
 from blockstat.system.reading import check_words
 from blockstat.typing import Floats, Ints
@@ -233,21 +233,29 @@ class Assembly(Polyhedra):
         Parameters
         ----------
         given : str, int, or an iterable of them
-            As in `block_indices`.
+            As in `block_indices`. The name of a layer, which is the text before a "::" in the names of blocks, stands
+            for all of its blocks where no block has that name.
         what : str, optional
             What the blocks are given for; the message of an error begins with it.
 
         Returns
         -------
         array of int, shape (n_given,)
-            Numbers of the blocks, in the order given.
+            Numbers of the blocks, in the order given; more than are given where one is a layer.
 
         Raises
         ------
         InputError
             For a name or a number that no block has, or for none at all.
+
+        Examples
+        --------
+        >>> from blockstat import Assembly, box
+        >>> blocks = [box((x, 0, 0), (x + 1, 1, 1), name=f"ARCH::stone {x}") for x in range(3)]
+        >>> Assembly.from_blocks(blocks).blocks_named("ARCH").tolist()
+        [0, 1, 2]
         """
-        found = block_indices(self.names, given, what)
+        found = block_indices(self.names, with_layers(self.names, given), what)
         if not len(found):
             raise InputError(f"{what}: no blocks are given")
         return found
@@ -346,7 +354,7 @@ def _listed(what: str, given: Any, kind: type) -> tuple[Any, ...]:
 def _check_ties(assembly: Assembly) -> None:
     """Raise InputError for a tie to a block that does not exist, or of a block to itself."""
     for tie in assembly.ties:
-        one, other = assembly.blocks_named(tie.between, tie.label)
+        one, other = block_indices(assembly.names, tie.between, tie.label)
         if one == other:
             same = f'{tie.between!r}, both of them "{assembly.names[one]}"'
             raise InputError(f"{tie.label}: between is {same}; it must be two blocks")
@@ -477,7 +485,9 @@ def _face_lists(block: Block, label: str, n_vertices: int) -> list[list[int]]:
         seen.add(turned)
         faces.append(face)
     if len(faces) < 4:
-        raise InputError(f'block "{label}": {len(faces)} faces cannot close a volume; at least 4 are needed')
+        thin = '; give a surface a thickness, or delete it and choose supports ("lowest")' if len(faces) < 3 else ""
+        given = counted(len(faces), "face")
+        raise InputError(f'block "{label}": {given} cannot close a volume; at least 4 are needed{thin}')
     return faces
 
 
@@ -541,7 +551,7 @@ def _support_mask(supports: Iterable[int | str] | int | str, names: Sequence[str
     """Which blocks are supports by name or number, and whether the lowest are, too."""
     given = list(supports) if isinstance(supports, Iterable) and not isinstance(supports, str) else [supports]
     named = [block for block in given if block != LOWEST or LOWEST in names]
-    mask = np.isin(np.arange(len(names)), block_indices(names, named, "supports"))
+    mask = np.isin(np.arange(len(names)), block_indices(names, with_layers(names, named), "supports"))
     return mask, len(named) < len(given)
 
 

@@ -20,7 +20,7 @@ carry, leave compressive strength out of its law, or model the narrow face that 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -33,6 +33,7 @@ MOST_CELLS = 64
 #: Strengths above this [Pa, N, N m] are mistakes of a unit: granite bears 5e8 Pa. Beside larger ones the weight is
 #: rounding.
 STRONGEST = 1e10
+LAYER = "::"  #: what stands between the layer of a block and its own name, as drawing programs write it
 
 
 @dataclass(frozen=True)
@@ -155,6 +156,36 @@ def fits(name: str, group: str) -> bool:
     (True, False)
     """
     return name in ("*", group) or group.startswith(name + ".")
+
+
+def with_layers(names: Sequence[str], given: Iterable[int | str] | int | str) -> list[int | str]:
+    """Return what is given, with the names of its blocks in the place of a layer.
+
+    A layer is the text before a "::" in names of blocks, unless a block has that name itself.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of all blocks.
+    given : str, int, or an iterable of them
+        Names and numbers of blocks, and names of layers.
+
+    Returns
+    -------
+    list of str or int
+        In the order given.
+
+    Examples
+    --------
+    >>> with_layers(["ARCH::left", "ARCH::right", "tie"], ["tie", "ARCH"])
+    ['tie', 'ARCH::left', 'ARCH::right']
+    """
+    asked = [given] if isinstance(given, (str, int)) or not isinstance(given, Iterable) else list(given)
+    unknown = {own for own in asked if isinstance(own, str)}.difference(names)
+    inside: dict[int | str, list[str]] = {
+        own: [name for name in names if name.startswith(f"{own}{LAYER}")] for own in unknown
+    }
+    return [part for own in asked for part in inside.get(own) or [own]]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Assembly, Block, InputError, InputWarning, JointLaw, Tie, find_interfaces, glued
+from blockstat import (
+    Assembly,
+    Block,
+    InputError,
+    InputWarning,
+    JointLaw,
+    Tie,
+    find_interfaces,
+    glued,
+    point_load,
+    tendon_load,
+)
 from blockstat.assembly import block_indices
 from evidence.scenes.small import box
 
@@ -366,3 +377,27 @@ def test_a_name_is_found_however_its_letters_are_composed():
     assert assembly.blocks_named(["W\u00fcrfel", 0]).tolist() == [1, 0]
     with pytest.raises(InputError, match='no block "Wurfel"'):
         assembly.blocks_named("Wurfel")
+
+
+def test_a_layer_stands_for_its_blocks():
+    names = ["BASE::left", "BASE::right", "ARCH::crown::stone 1", "ARCH::crown::stone 2", "ARCH", "BASEMENT::x"]
+    blocks = [box((3 * k, 0, 0), (3 * k + 1, 1, 1), name=name) for k, name in enumerate(names)]
+    asm = Assembly.from_blocks(blocks, supports=["BASE"])
+    assert asm.support.tolist() == [True, True, False, False, False, False]
+    assert asm.blocks_named(["ARCH::crown", 0]).tolist() == [2, 3, 0]
+    assert asm.blocks_named("ARCH").tolist() == [4]  # a block's own name counts first
+    with pytest.raises(InputError, match='no block "BAS"'):
+        asm.blocks_named("BAS")
+    with pytest.raises(InputError, match=r"load: 'BASE' are 2 blocks; give one"):
+        point_load(asm, "BASE", (0, 0, 1), (0, 0, -1))
+    with pytest.raises(InputError, match='no block "BASE"'):  # a tie has two ends
+        asm.with_(ties=[Tie(("BASE", "ARCH"), ((0, 0, 0), (12, 0, 0)))])
+    with pytest.raises(InputError, match="is a layer of several blocks; one point a block is needed"):
+        tendon_load(asm, ["BASE", "ARCH"], [(0, 0, 0), (12, 0, 0)], 1.0)
+
+
+def test_a_block_that_is_a_surface_is_told_apart_from_one_that_is_open():
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
+    told = "1 face cannot close a volume; at least 4 are needed; give a surface a thickness, or delete it and choose"
+    with pytest.raises(InputError, match=told):
+        Assembly.from_blocks([Block(corners, [[0, 1, 2, 3]], "bed")])

@@ -477,7 +477,7 @@ def test_a_plan_in_place_of_an_assembly_and_a_decimal_comma_are_told(run, two, t
     comma.write_text(json.dumps(json.loads(two.read_text()) | {"friction": "0,7"}))
     assert "this is a plan of building; give the assembly, and --plan with it" in run("check", plan)[2]
     assert (
-        "friction: Expected `float`, got `str`; write 0.7 without quotes, with a decimal point"
+        "friction: it must be a number, not a text; write 0.7 without quotes, with a decimal point"
         in run("check", comma)[2]
     )
     status, _, err = run("check", two, "--friction", "0,5")

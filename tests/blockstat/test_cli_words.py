@@ -1,22 +1,26 @@
 """What the commands of `blockstat` refuse, say in words and write."""
 
+import csv
 import json
 import math
 import re
 import warnings
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from importlib.metadata import PackageNotFoundError
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, InputWarning, JointLaw, box, read, write
+from blockstat import Assembly, InputError, InputWarning, JointLaw, box, capacity, read, write
 from blockstat.analysis import limit_load
 from blockstat.cli import examples, progress
 from blockstat.cli.commands import app
 from blockstat.cli.options import INTERRUPTED, _show_warning, _status
 from blockstat.cli.studies import write_report
+from blockstat.large_displacement.capacity_curve import CapacityOutcome
 from blockstat.sequence.plan import Plan, Step, write_plan
 from blockstat.sequence.states import Whole
 from blockstat.studies import settling_path
@@ -261,6 +265,28 @@ def test_a_settlement_is_followed_as_far_as_is_asked(run, places):
         assert option[0] in error
 
 
+def test_an_interrupted_curve_is_told_and_has_the_status_of_an_interrupt(run, places, monkeypatch):
+    found = capacity(read(places["post"]), (1, 0, 0), steps=3)
+    part = replace(found, outcome=CapacityOutcome.INTERRUPTED)
+    monkeypatch.setattr("blockstat.large_displacement.capacity_analysis.capacity", lambda *_, **__: part)
+    status, out, error = run("capacity", places["post"], "--load", "1,0,0")
+    assert status == 130
+    assert "Interrupted: the curve is known up to here." in out
+    assert error.endswith("interrupted\n")
+
+
+def test_a_capacity_curve_is_written_as_a_table(run, places):
+    table = places["folder"] / "curve.csv"
+    status, out, _ = run("capacity", places["post"], "--load", "1,0,0", "--steps", 4, "-o", table)
+    assert (status, out.splitlines()[-1]) == (0, f"output: {table}")
+    head, *rows = csv.reader(table.read_text().splitlines())
+    assert head == ["displacement [m]", "lower", "upper"]
+    found = capacity(read(places["post"]), (1, 0, 0), steps=4)
+    np.testing.assert_array_equal(np.array(rows, dtype=float).T, [found.displacement, found.lower, found.upper])
+    none = places["folder"] / "none" / "curve.csv"
+    assert "no such directory" in run("capacity", places["post"], "--load", "1,0,0", "-o", none)[2]
+
+
 def test_a_settlement_is_told_though_its_path_is_interrupted_before_it_can_be_filmed(run, places, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
@@ -268,7 +294,7 @@ def test_a_settlement_is_told_though_its_path_is_interrupted_before_it_can_be_fi
     monkeypatch.setattr(settling_path, "settle_to_collapse", interrupted)
     film = places["folder"] / "film.png"
     status, out, _ = run("settle", places["post"], "--move", "ground:0,0,-0.001", "--film", film)
-    assert status == 0
+    assert status == 130
     assert out.splitlines()[-1] == "Not followed further: interrupted."
     assert not film.exists()
 

@@ -175,7 +175,7 @@ def _no_supports(data):
     ("spoil", "expected"),
     [
         (_unknown, 'dtype is "compas.geometry/Box"; known are: compas_assembly.datastructures/Assembly, '),
-        (_first_version, "written by COMPAS 1; load it in COMPAS 2"),
+        (_first_version, "written by COMPAS 1 or an older version; load it in COMPAS 2"),
         (_no_tree, "compas_dem.models/BlockModel: tree is missing; keys here are: elements, tree,"),
         (_beam, 'element "top": a "compas_model.elements/BeamElement" stores no mesh'),
         (_brep, 'element "top": geometry is a "compas.geometry/Brep"; only meshes'),

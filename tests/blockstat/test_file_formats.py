@@ -458,6 +458,34 @@ def test_a_json_file_is_of_compas_where_it_names_a_type_and_no_blocks():
     assert not is_compas(["dtype"])
 
 
+@pytest.mark.parametrize(
+    "data",
+    [
+        [{"dtype": "compas.datastructures/Mesh", "value": {"vertex": {}}}],
+        {"dtype": "compas.datastructures/Network", "value": {}},
+        {"attributes": {"name": "Network"}, "dna": {}, "dea": {"interface": None}, "node": {"0": {"x": 0.5}}},
+        {"assembly": {"adjacency": {}}, "blocks": {"0": {"dea": {}, "vertex": {"1": {"x": -2.0}}}}},
+    ],
+)
+def test_files_of_old_versions_of_compas_are_told_as_such(tmp_path, data):
+    path = tmp_path / "old.json"
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match="written by COMPAS 1 or an older version; load it in COMPAS 2"):
+        read_parts(path)
+
+
+def test_supports_are_asked_for_by_the_names_that_can_be_given(tmp_path):
+    path = write(Assembly.from_blocks([box((k, 0, 0), (k + 1, 1, 1)) for k in range(2)]), tmp_path / "two.json")
+    data = json.loads(path.read_text())
+    for block in data["blocks"]:
+        block["name"] = "Mesh"
+    path.write_text(json.dumps({"blocks": data["blocks"]}))
+    with pytest.warns(InputWarning, match="numbered from .0"):
+        assert read_parts(path, supports=[]).blocks[1].name == "Mesh.1"
+    with pytest.raises(NoSupportError, match=r"\(blocks: Mesh\.0, Mesh\.1\)"):
+        chosen_supports([], None, ["Mesh", "Mesh"], "the file")
+
+
 def test_files_that_are_not_there_or_of_no_format_are_told_apart(tmp_path):
     with pytest.raises(
         InputError, match=r'cannot read "\.doc"; formats are: \.json, \.toml, \.obj, \.glb, \.stl, \.ply'
@@ -1066,7 +1094,7 @@ def test_a_friction_without_limit_is_no_number_of_a_file(tmp_path, suffix, form)
 def test_other_texts_are_no_friction(tmp_path, given):
     path = write(assembly([box((0, 0, 0), (1, 1, 1))]), tmp_path / "one.json")
     path.write_text(path.read_text().replace('"friction": 0.7', f'"friction": "{given}"'))
-    with pytest.raises(InputError, match=r"one.json: friction: Expected `float`, got `str`"):
+    with pytest.raises(InputError, match=r"one.json: friction: it must be a number, not a text"):
         read(path)
 
 

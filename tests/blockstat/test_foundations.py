@@ -293,3 +293,12 @@ def test_two_moves_do_not_share_a_support_that_has_ties_alone():
 def test_a_part_that_moves_has_a_name_or_a_number(where):
     with pytest.raises(InputError, match=r"a part that moves is .*; it must be a block, a group or the six numbers"):
         settle(beam(), {where: (0, 0, -0.01)})
+
+
+def test_a_layer_of_supports_settles_whole():
+    # Both posts of a lintel sink alike, as one block of both would.
+    blocks = [box((0, 0, 0), (1, 1, 1), name="BASE::left"), box((2, 0, 0), (3, 1, 1), name="BASE::right")]
+    gate = assembly([*blocks, box((0, 0, 1), (3, 1, 2), name="lintel")], supports=["BASE"])
+    found = settle(gate, {"BASE": (0, 0, -0.01)})
+    assert [*found.cracks()] == []
+    assert found.mechanism[2, 2] == pytest.approx(-0.01)

@@ -10,6 +10,7 @@ from blockstat import (
     Assembly,
     Block,
     InputError,
+    InputWarning,
     build,
     dispersed_load,
     fill_load,
@@ -17,6 +18,7 @@ from blockstat import (
     fluid_pressure,
     limit_load,
     line_load,
+    load_case,
     load_cases,
     moving_load,
     patch_load,
@@ -320,6 +322,20 @@ def test_a_spread_load_beside_or_below_all_faces_is_refused():
     ):
         with pytest.raises(InputError, match=message):
             dispersed_load(asm, **({"point": (1, 1, 2), "force": 1.0} | options | wrong))
+
+
+def test_a_spread_that_may_be_an_angle_is_doubted(recwarn):
+    # tan 30 degrees is 1 / sqrt(3).
+    asm = assembly([box((0, 0, 0), (4, 4, 1))], supports=[])
+    told = "spread is 30; it is the tangent of an angle: 30 degrees are 0.577"
+    for spread in (0.0, 0.5, 3.0):
+        dispersed_load(asm, (2, 2, 2), 1.0, spread=spread, footprint=(0.1, 0.1))
+    assert not recwarn
+    with pytest.warns(InputWarning, match=f"^{told}$"):
+        dispersed_load(asm, (2, 2, 2), 1.0, spread=30)
+    truck = {"kind": "dispersed", "point": [2, 2, 2], "force": 1.0, "spread": 30}
+    with pytest.warns(InputWarning, match=rf"^loads\.truck\.{told}$"):
+        load_case(asm, "traffic", {"truck": truck}, {"traffic": {"live": {"truck": 1}}})
 
 
 def leaning(degrees):

@@ -1167,3 +1167,10 @@ def test_a_variable_on_which_the_limit_does_not_depend_gives_no_design_point(unc
     assert found.outcome is FirstOrderOutcome.NOT_FOUND
     assert math.isnan(found.beta)
     assert list(found.shares.values()) == [0.0]
+
+
+def test_what_is_random_has_a_distribution():
+    block = Assembly.from_blocks([box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 1))], supports=[0])
+    for ask in (reliability, first_order):
+        with pytest.raises(InputError, match=r'uncertain "friction" is 0\.7; it must be a blockstat\.Random, such as '):
+            ask(block, {"friction": 0.7}, load=(1, 0, 0))

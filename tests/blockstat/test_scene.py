@@ -201,3 +201,47 @@ def test_of_keys_that_a_path_begins_with_the_longest_is_meant():
     for path, value in (("wall.north.mean", 2), ("wall.mean", 3)):
         table, key = at_path(data, path)
         assert table[key] == value
+
+
+@pytest.mark.parametrize(
+    ("line", "hint"),
+    [
+        ("span = 4,0", "a number is written with a decimal point: 4.0"),
+        ("wall = { height = -12,25 }", "a number is written with a decimal point: -12.25"),
+        ("span = 4.0 m", "a number stands without a unit: lengths are in metres"),
+        ("span = 4 mm", "a number stands without a unit: lengths are in metres"),
+        ("span = 1e3 ]", ""),
+        ("span = [1, 2", ""),
+    ],
+)
+def test_numbers_in_words_of_other_notations_are_told(tmp_path, line, hint):
+    path = tmp_path / "bad.toml"
+    path.write_text(f'name = "bad"\n{line}\n')
+    with pytest.raises(InputError) as refused:
+        load_scene(path)
+    assert str(refused.value).endswith(f"; {hint}" if hint else ")")
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ("4.0 m", "it must be a number, not a text; write it without quotes and without a unit: lengths are in metres"),
+        ("30mm", "it must be a number, not a text; write it without quotes and without a unit: lengths are in metres"),
+        ("4,5", "it must be a number, not a text; write 4.5 without quotes, with a decimal point"),
+        ("t", 'it must be a number, not a text; write "= t" for the value of the parameter'),
+        ("wide", "it must be a number, not a text"),
+        (True, "it must be a number, not true or false"),
+        (0, "it must be a number above 0"),
+    ],
+)
+def test_what_is_no_number_is_told_in_words(given, told):
+    ring = {"kind": "arch", "span": given, "thickness": 0.3, "depth": 1.0, "voussoirs": 9}
+    with pytest.raises(InputError) as refused:
+        scene_from({"name": "gate", "parameters": {"t": 2.0}, "elements": {"ring": ring}})
+    assert str(refused.value) == f"elements.ring.span: {told}"
+
+
+def test_a_whole_number_is_asked_for_in_words():
+    ring = {"kind": "arch", "span": 2.0, "thickness": 0.3, "depth": 1.0, "voussoirs": 9.5}
+    with pytest.raises(InputError, match=r"voussoirs: it must be a whole number, not one with a decimal point$"):
+        scene_from({"name": "gate", "elements": {"ring": ring}})

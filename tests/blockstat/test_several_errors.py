@@ -72,9 +72,9 @@ def test_all_errors_of_a_building_are_told(tmp_path):
     path.write_text(HUT)
     begins(
         lines_of(lambda: load_scene(path)),
-        f"{path}: span: Expected `float | object`, got `str`",
+        f"{path}: span: it must be a number or a table, not a text",
         f"{path}: wall.hieght: unknown key; keys here are: thickness, height",
-        f"{path}: doors.south.height: Expected `float` > 0",
+        f"{path}: doors.south.height: it must be a number above 0",
         f"{path}, line 9: loads.wind.kind: no kind 'gale'; kinds are: point",
         f"{path}, line 11: ties.chain.between: ",
     )
@@ -86,11 +86,11 @@ def test_all_errors_of_a_composition_are_told(tmp_path):
     begins(
         lines_of(lambda: load_scene(path)),
         f'{path}: parameters.wide: "= narow * 2": no parameter "narow"; parameters are: t, wide',
-        f"{path}: elements.pier.height: Expected `float",
+        f"{path}: elements.pier.height: it must be a number",
         f"{path}: elements.pier.bond: Invalid enum value 'flemish'; it must be one of: ",
         f'{path}: elements.ring.kind: no kind "ark"; kinds are: ',
         f"{path}: elements.drum.hight: unknown key; keys here are: ",
-        f"{path}: material.friction: Expected `float` >= 0",
+        f"{path}: material.friction: it must be a number of at least 0",
         f"{path}: joints.0.cohesoin: unknown key; keys here are: between",
         f"{path}, line 23: loads.wind.kind: no kind 'gale'",
         f'{path}, line 25: cases.storm.live.rain: no load "rain"; loads are: wind',
@@ -103,7 +103,7 @@ def test_a_wrong_key_of_the_scene_does_not_hide_wrong_elements():
     begins(
         lines_of(lambda: scene_from(data)),
         "lods: unknown key; keys here are: ",
-        "supports: Expected `array`, got `str`",
+        "supports: it must be a list, not a text",
         'elements.pier.kind: no kind "peir"; kinds are: ',
     )
 
@@ -140,9 +140,9 @@ def test_all_errors_of_a_json_file_are_told_by_block(tmp_path, capsys):
     names = [block["name"] for block in data["blocks"]]
     begins(
         capsys.readouterr().err.splitlines(),
-        f'blockstat: {path}: block "{names[0]}": density: Expected `float | null`, got `str`',
-        f'blockstat: {path}: block "{names[1]}": vertices[3][2]: Expected `float`, got `str`',
-        f"blockstat: {path}: friction: Expected `float`, got `null`",
+        f'blockstat: {path}: block "{names[0]}": density: it must be a number, not a text',
+        f'blockstat: {path}: block "{names[1]}": vertices[3][2]: it must be a number, not a text',
+        f"blockstat: {path}: friction: it must be a number, not null",
     )
 
 
@@ -283,7 +283,7 @@ def test_all_errors_of_a_compas_assembly_are_told(tmp_path):
         f"{path}: block \"{names[1]}\": {bad}: could not convert string to float: 'far' (vertex 3, 5)",
         f'{path}: block "{names[1]}": {bad}: int too large to convert to float (vertex 6)',
         f"{path}: block \"{names[2]}\": {bad}: '7' (face {', '.join(faces)})",
-        f"{path}: node 3: face: Expected `object`, got `array`",
+        f"{path}: node 3: face: it must be a table, not a list",
     ]
 
 

@@ -252,6 +252,46 @@ def test_a_design_that_cannot_be_built_is_a_row_with_its_reason(tmp_path):
     assert rows[0]["note"].startswith("windows.south")
 
 
+def endless_row(scene, memory):
+    return {"least": -np.inf, "all": [np.nan, {"most": np.inf}], "note": "none"}
+
+
+def refuse(constant):
+    raise AssertionError(f"{constant} is no JSON")
+
+
+def test_numbers_that_are_not_finite_are_words_in_the_file_and_numbers_in_rows(tmp_path):
+    path, designs = tmp_path / "rows.jsonl", list(grid(SCENE))[:1]
+    (row,) = sweep(SCENE, designs, path, measure=endless_row, jobs=1).rows()
+    _, line = path.read_text().splitlines()
+    assert json.loads(line, parse_constant=refuse)["least"] == "-Infinity"
+    assert (row["least"], row["all"][1], row["note"]) == (-np.inf, {"most": np.inf}, "none")
+    assert np.isnan(row["all"][0])
+    # A file of before says them bare.
+    path.write_text(path.read_text().replace('"-Infinity"', "-Infinity").replace('"NaN"', "NaN"))
+    kept = sweep(SCENE, designs, path, measure=endless_row, jobs=1)
+    assert kept.computed == 0
+    assert kept.rows()[0]["least"] == -np.inf
+    assert np.isnan(kept.rows()[0]["all"][0])
+
+
+def failing_row(scene, memory):
+    if scene.wall.thickness.value < 0.5:
+        raise ZeroDivisionError("too thin")
+    return {}
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_measure_that_fails_names_the_design(tmp_path, jobs):
+    path = tmp_path / "rows.jsonl"
+    designs = [{"wall.thickness": thickness} for thickness in (0.6, 0.4)]
+    told = r"measure raised ZeroDivisionError at design 1 \(wall\.thickness 0\.4\): too thin"
+    with pytest.raises(RuntimeError, match=told) as raised:
+        sweep(SCENE, designs, path, measure=failing_row, jobs=jobs)
+    assert "ZeroDivisionError" in repr(raised.value.__cause__)
+    assert not path.exists()  # so that the measure can be mended
+
+
 KILLED = """
 import sys
 from blockstat.design_search.sweep import latin_hypercube, sweep

@@ -11,6 +11,7 @@ import pytest
 from blockstat import (
     Assembly,
     InputError,
+    InputWarning,
     JointLaw,
     MovingOutcome,
     find_interfaces,
@@ -147,6 +148,11 @@ BAD_TRAIN = "each is a distance behind the first, at least 0, and a force above 
 def test_a_bad_train_or_path_is_refused(axles, path, options, says):
     with pytest.raises(InputError, match=re.escape(says)):
         moving_load(overhang(), axles, path, **options)
+
+
+def test_a_spread_of_axles_that_may_be_an_angle_is_doubted():
+    with pytest.warns(InputWarning, match="spread is 30; it is the tangent of an angle: 30 degrees are 0.577"):
+        moving_load(overhang(), WHEEL, along(0, 3, height=1.0), spread=30, positions=2)
 
 
 @pytest.mark.parametrize("across", [0.0, 0.5, 1.0], ids=["edge", "middle", "other edge"])

@@ -79,6 +79,14 @@ def test_examples_and_arches_are_beyond_doubt(root):
     assert doubts(placed(arch(15, 0.2), np.eye(3))) == []
 
 
+def test_what_is_doubted_of_a_scene_can_be_done_about_a_scene():
+    long, short = scaled(1000.0), scaled(1e-5)
+    for odd in (long, short):
+        assert doubts(odd, scene=True) == [text for text in doubts(odd, scene=True) if "--" not in text]
+        assert "a scene is in metres" in doubts(odd, scene=True)[0]
+        assert "--units" in doubts(odd)[0]
+
+
 def test_the_command_warns_and_the_options_mend_it(tmp_path, capsys, recwarn):
     path = bare(placed(stack(3), 1000.0 * np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])), tmp_path / "a.obj")
 

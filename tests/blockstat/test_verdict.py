@@ -74,8 +74,10 @@ def test_a_fall_tells_what_is_missing_and_what_moves_first():
     lines = made.explain().splitlines()
     assert lines[1:4] == [
         "Residual tension (score): 0.125 of the weight.",
-        "Any equilibrium would need 5e+07 times the weight in normal forces.", "First to move: b1, b0.",
+        "No normal forces balance the blocks, even of 1,000,000 times the weight.", "First to move: b1, b0.",
     ]  # fmt: skip
+    few = replace(made, certificate=replace(PROOF, required_force=5e4), outcome=Outcome.UNDECIDED)
+    assert "Any equilibrium would need 5e+04 times the weight in normal forces." in few.explain()
     assert made.moving.tolist() == [2, 1]
     assert made.motion == pytest.approx([0, 0.5, 1.0, 0.005])
     assert "Best force field" not in made.explain()

@@ -156,6 +156,18 @@ def test_film_strips(falling, tmp_path):
     assert film_strip(falling, tmp_path / "strip.svg").read_text().startswith("<?xml")
 
 
+def test_a_film_strip_shows_foundations_whole_and_cuts_a_slab(tmp_path):
+    # The view is level, along y: a post of 1 x 4 on a foundation of 2 x 1, or on a slab of 40 x 1.
+    from dynsim.view.film import MARGIN, _window
+
+    for half, depth in ((1.0, 1.0), (20.0, 0.0)):
+        blocks = [box((-half, -1, -1), (half, 1, 0)), box((-0.5, -0.5, 0), (0.5, 0.5, 4))]
+        run = simulate(assembly(blocks, gravity=DOWN), settings=Settings(end=0.5))
+        lower, upper = _window(run, np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), np.array([0]))
+        assert lower[1] == pytest.approx(-depth - MARGIN * 4.0, abs=1e-3)
+        assert upper[1] == pytest.approx(4.0 + MARGIN * 4.0, abs=1e-3)
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.coulomb import CoulombState
-from blockstat.certificate.check import FORCE_TOLERANCE, Certificate
+from blockstat.certificate.check import FORCE_LIMIT, FORCE_TOLERANCE, Certificate
 from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.geometry.polyhedron import point_velocity
@@ -185,8 +185,11 @@ class Verdict(Result):
         if self.score > 0 and not (joints and np.isinf(self.score)):
             # Not where an earlier mechanism decided, and not where none is missing.
             lines.append(f"Residual tension (score): {self.score:.3g} of the weight.")
-        if np.isfinite(proof.required_force):
+        if proof.required_force < FORCE_LIMIT:
             lines.append(f"Any equilibrium would need {proof.required_force:.3g} times the weight in normal forces.")
+        elif np.isfinite(proof.required_force):  # such forces balance anything, by their rounding
+            of = " of the joints" if joints else ""
+            lines.append(f"No normal forces{of} balance the blocks, even of {FORCE_LIMIT:,.0f} times the weight.")
         elif joints:
             lines.append("No normal forces of the joints, however large, balance the blocks.")
         else:

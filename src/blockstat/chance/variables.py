@@ -215,14 +215,17 @@ def checked(assembly: Assembly, uncertain: Mapping[str, Random], loads: Loads | 
     Raises
     ------
     InputError
-        For an assembly without supports, for a key or a group that there is not, for none at all, for load factors
-        without loads, for friction where joint laws have their own, and where there is nothing to have a value of its
-        own.
+        For an assembly without supports, for what is no `Random`, for a key or a group that there is not, for none at
+        all, for load factors without loads, for friction where joint laws have their own, and where there is nothing to
+        have a value of its own.
     """
     check_supports(assembly)
     if not uncertain:
         raise InputError(f"nothing is uncertain; keys are: {KNOWN_KEYS}")
     for key, variable in uncertain.items():
+        if not isinstance(variable, Random):
+            example = 'Random("lognormal", 0.7, 0.05)'
+            raise InputError(f'uncertain "{key}" is {variable!r}; it must be a blockstat.Random, such as {example}')
         kind, _, group = key.partition(".")
         if key in SINGLE and variable.each != "all":
             raise InputError(f'uncertain "{key}": each is "{variable.each}"; it has no parts of its own to choose')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import math
 import re
 import warnings
@@ -38,16 +39,19 @@ from blockstat.cli.options import (
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.pictures import picture_to_write
-from blockstat.cli.places import Film, drawn, written
+from blockstat.cli.places import Film, drawn, file_to_write, written
 from blockstat.cli.progress import at_work, shown_progress
 from blockstat.errors import InputError, InputWarning
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+    from blockstat.large_displacement.capacity_curve import CapacityCurve
 
 #: In units of g: on rock, the map of Italy has less than 0.3 for 475 years, and about twice that for 2475.
 MOST_AG = 0.6
 G = 9.81  #: [m/s2]
+INTERRUPTED = "interrupted"  #: why a path was not followed, where that was the reason
+TABLE = ".csv"  #: the suffix of a table of points
 Ag = Annotated[float | None, typer.Option(help="Peak ground acceleration asked for at SLV, in units of g.")]
 Soil = Annotated[str | None, typer.Option(help="Category of the ground, A to E; A by default.")]
 Topography = Annotated[float | None, typer.Option(help="S_T of slopes and ridges; 1 by default.")]
@@ -83,6 +87,19 @@ Picture = Annotated[
 Steps = Annotated[int, typer.Option(metavar="N", help="About how many points the curve or the path has.")]
 
 
+def _curve_to_write(path: Path | None) -> Path | None:
+    """The path of a picture or of a table; a callback, as `picture_to_write`."""
+    return file_to_write(TABLE)(path) if path is not None and path.suffix.lower() == TABLE else picture_to_write(path)
+
+
+Curve = Annotated[
+    Path | None,
+    typer.Option(
+        "-o", "--output", callback=_curve_to_write, help="Also draw it (.png, .svg, .pdf), or write it (.csv)."
+    ),
+]
+
+
 def capacity_command(
     file: FileArgument,
     load: Annotated[
@@ -111,13 +128,14 @@ def capacity_command(
     ] = None,
     steps: Steps = 30,
     tolerance: Annotated[float, typer.Option(metavar="T", help="Of the curve between its points.")] = 1e-4,
-    output: Picture = None,
+    output: Curve = None,
     film: Film = None,
     as_json: AsJson = False,
 ) -> None:
     """Follow the mechanism of a limit load: multiplier against displacement. Interrupted, it keeps what is done."""
     from blockstat.large_displacement.capacity_analysis import capacity
-    from blockstat.view.settling import film_path, plot_capacity, write_path
+    from blockstat.large_displacement.capacity_curve import CapacityOutcome
+    from blockstat.view.settling import film_path, write_path
 
     film = None if film is None else film_path(film)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
@@ -138,8 +156,24 @@ def capacity_command(
             tolerance=tolerance,
             progress=lambda there, multiplier: say(f"{there:.4g} m: {multiplier:.4g}"),
         )
-    with drawn(output=(plot_capacity, found, output), film=(write_path, found, film)) as files:
+    with drawn(output=(_write_curve, found, output), film=(write_path, found, film)) as files:
         print_answer(basis, found, as_json=as_json, head=f", {found.timings['total']:.2f} s", files=files)
+    if found.outcome is CapacityOutcome.INTERRUPTED:
+        raise KeyboardInterrupt  # a part of the curve is missing
+
+
+def _write_curve(found: CapacityCurve, path: Path) -> None:
+    """The curve as a picture, or its points in a table."""
+    from blockstat.system.writing import written_whole
+    from blockstat.view.settling import plot_capacity
+
+    if path.suffix.lower() != TABLE:
+        plot_capacity(found, path)
+        return
+    with written_whole(path) as place, place.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["displacement [m]", "lower", "upper"])
+        table.writerows(zip(found.displacement.tolist(), found.lower.tolist(), found.upper.tolist(), strict=True))
 
 
 def settle_command(
@@ -163,7 +197,7 @@ def settle_command(
     """Let parts of the supports move: what follows, which joints open, the force on them, and when it falls."""
     from blockstat.large_displacement.displaced.structure import why_not_followed
     from blockstat.studies.foundations import settle
-    from blockstat.studies.settling_path import settle_to_collapse
+    from blockstat.studies.settling_path import PathOutcome, settle_to_collapse
     from blockstat.view.settling import film_path, plot_settlement, write_path
 
     film = None if film is None else film_path(film)
@@ -192,16 +226,18 @@ def settle_command(
                     assembly, moves, progress=lambda there, reaction: say(f"{there:.4g} m: {reaction:.4g} N"), **options
                 )
             except KeyboardInterrupt:  # before the first point; what happens at first is known
-                reason = "interrupted"
+                reason = INTERRUPTED
     basis = Basis(file, assembly, chosen, "act", units, up, near)
     with drawn(output=(plot_settlement, found, output), film=(write_path, path, film if path else None)) as files:
         if as_json:
             further = {"collapse": path and path.collapse, "path": path and path.summary()}
             print_json({"file": str(file), **basis.echo(), **found.summary(), **further, **files})
-            return
-        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis.words()}\n{found.explain()}")
-        typer.echo(f"Further on. {path.explain()}" if path else f"Not followed further: {reason}.")
-        written(files)
+        else:
+            typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis.words()}\n{found.explain()}")
+            typer.echo(f"Further on. {path.explain()}" if path else f"Not followed further: {reason}.")
+            written(files)
+    if reason == INTERRUPTED or (path and path.outcome is PathOutcome.INTERRUPTED):
+        raise KeyboardInterrupt  # the path, or a part of it, is missing
 
 
 def warn_of_far_movement(assembly: Assembly, option: str, movement: Sequence[float]) -> None:

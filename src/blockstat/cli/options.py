@@ -234,7 +234,7 @@ def warn_of_odd_numbers(assembly: Assembly, path: Path) -> None:
     """
     from blockstat.io.parts import doubts, own_up
 
-    for text in doubts(assembly, up=own_up(path.suffix)):
+    for text in doubts(assembly, up=own_up(path.suffix), scene=path.suffix.lower() == ".toml"):
         warnings.warn(f"{path}: {text}", InputWarning, stacklevel=2)
 
 

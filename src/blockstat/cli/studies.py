@@ -180,7 +180,9 @@ def tie_command(
     names = names_in(between)
     if len(names) != 2:
         raise InputError(f'--between is "{between}"; it must read A,B')
-    blocks = [int(assembly.blocks_named(name, "--between")[0]) for name in names]
+    blocks = assembly.blocks_named(names, "--between").tolist()
+    if len(blocks) != 2:
+        raise InputError(f'--between is "{between}", of which one is a layer of several blocks; it must read A,B')
     ends = assembly.centroid[blocks] if points is None else np.reshape(lengths(points, 6, "--points", form), (2, 3))
     tie = Tie((names[0], names[1]), (ends[0].tolist(), ends[1].tolist()), name=between)
     tied = assembly.with_(ties=[*assembly.ties, tie])

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 from hashlib import sha256
 from itertools import chain, islice, product
-from math import isfinite, prod
+from math import inf, isfinite, nan, prod
 from pathlib import Path
 from time import process_time
 from types import FunctionType, MethodType
@@ -42,6 +42,8 @@ Measure = Callable[[Scene, Memory], dict[str, Any]]
 
 DESIGNS = "a sequence of dicts of parameter values by name, such as blockstat.grid gives"
 PLAIN = "numbers, text, True, False or None, or lists and dicts of these"
+#: Numbers that JSON does not have, by the words that stand for them in a row.
+NOT_FINITE = {"Infinity": inf, "-Infinity": -inf, "NaN": nan}
 OWN = ("blockstat", "dynsim")  #: packages whose functions are known by their names
 BATCH = 16  #: designs that a process is given at a time; within a batch evidence of one design may decide the next
 
@@ -314,11 +316,15 @@ def sweep(
         without a name or inside another function, one that gives no dict of plain values or a key that rows have
         already, a design with an unknown parameter or a value that is no number, for no designs at all, and for `jobs`
         or `batch` below 1. No file is left without a row.
+    RuntimeError
+        Where `measure` raises anything but an InputError, which makes a row; it names the design, and its cause is
+        what was raised.
 
     Notes
     -----
     Each row has the number of its `design`, its parameters and what `measure` says. A sweep that was killed goes on
-    where it stopped when called again; a line cut short is dropped.
+    where it stopped when called again; a line cut short is dropped. JSON has no word for numbers that are not finite:
+    a line says "Infinity", "-Infinity" or "NaN", of which `SweepResult.rows` makes numbers again.
 
     Examples
     --------
@@ -377,7 +383,7 @@ def _swept(
                 computed += len(rows)
                 if progress is not None:
                     progress(len(done) + computed)
-    except InputError:
+    except (InputError, RuntimeError):
         if not done and not computed:
             path.unlink(missing_ok=True)  # else another measure would be refused because of no row at all
         raise
@@ -400,7 +406,7 @@ def _numbered(designs: Any, names: Collection[str]) -> Iterator[tuple[int, dict[
 
 def _rows_of(path: Path, designs: int) -> list[dict[str, Any]]:
     """Rows of the first designs; a file may have more, of an earlier call with more of them."""
-    return [row for row in read_rows(path, dict)[1] if row["design"] < designs]
+    return [_numbers_in(row) for row in read_rows(path, dict)[1] if row["design"] < designs]
 
 
 def _evaluated(task: tuple[dict[str, Any], list[tuple[int, dict[str, float]]], Measure]) -> list[dict[str, Any]]:
@@ -414,6 +420,11 @@ def _evaluated(task: tuple[dict[str, Any], list[tuple[int, dict[str, float]]], M
             row = measure(with_values(scene, values), memory)
         except InputError as error:
             row = {"static": ERROR, "note": error.line}
+        except MemoryError:  # of the machine, not of the design
+            raise
+        except Exception as error:
+            said = ", ".join(f"{name} {value:.15g}" for name, value in values.items())
+            raise RuntimeError(f"measure raised {type(error).__name__} at design {number} ({said}): {error}") from error
         rows.append({"design": number, **values, **_plain(row, taken), "seconds": process_time() - begin})
     return rows
 
@@ -428,9 +439,18 @@ def _plain(row: Any, taken: set[str]) -> dict[str, Any]:
             "parameters have their paths; name it otherwise"
         )
     try:
-        return json.loads(json.dumps(dict(row), default=_from_numpy))
+        return json.loads(json.dumps(dict(row), default=_from_numpy), parse_constant=str)
     except (TypeError, ValueError):
         raise InputError(f"measure gave {row!r}; values must be {PLAIN}") from None
+
+
+def _numbers_in(value: Any) -> Any:
+    """What a line says, with numbers in place of the words for those that are not finite."""
+    if isinstance(value, dict):
+        return {key: _numbers_in(part) for key, part in value.items()}
+    if isinstance(value, list):
+        return [_numbers_in(part) for part in value]
+    return NOT_FINITE.get(value, value) if isinstance(value, str) else value
 
 
 def _from_numpy(value: Any) -> Any:

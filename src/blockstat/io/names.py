@@ -50,6 +50,29 @@ def distinct_names(names: Sequence[str], supports: Sequence[int | str]) -> list[
         InputWarning(f'several blocks share a name ("{min(repeated)}"); they are numbered from .0'),
         stacklevel=3,
     )
+    return numbered(names)
+
+
+def numbered(names: Sequence[str]) -> list[str]:
+    """Return names with a number where a name occurs more than once.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the blocks; "" for none.
+
+    Returns
+    -------
+    list of str
+        One a block.
+
+    Examples
+    --------
+    >>> numbered(["Mesh", "ground", "Mesh", ""])
+    ['Mesh.0', 'ground', 'Mesh.1', '']
+    """
+    count = Counter(name for name in names if name)
+    repeated = {name for name, times in count.items() if times > 1}
     seen: Counter[str] = Counter()
     taken = {name for name in count if name not in repeated}
     result = []

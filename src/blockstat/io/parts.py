@@ -11,6 +11,7 @@ import numpy as np
 
 from blockstat.assembly import LOWEST, Assembly, Block
 from blockstat.errors import InputError, NoSupportError, check_gravity, rough
+from blockstat.io.names import numbered
 from blockstat.io.raw import glb, ply, stl
 from blockstat.io.raw.precision import spacing
 from blockstat.joint import Tie
@@ -207,6 +208,7 @@ def _moved(ties: Iterable[Tie], matrix: Floats) -> list[Tie]:
 LONGEST = 25.0
 #: No masonry weighs more [N]: the pyramid of Khufu has 6e9 kg.
 HEAVIEST = 6e10
+IN_METRES = "a scene is in metres: write its lengths so"
 LIGHT = 1000.0  #: no earth, rubble or fluid that presses on masonry weighs less [N/m3]
 #: Gravity is 1 in models without units, 1.6 on the Moon, 9.8 here and some 500 in a centrifuge at 50 times that [m/s2].
 GRAVITIES = (1.0, 500.0)
@@ -229,7 +231,7 @@ def as_written(up: str) -> Floats:
     return np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]) if up == "y" else np.eye(3)
 
 
-def doubts(assembly: Assembly, *, up: str = "z") -> list[str]:
+def doubts(assembly: Assembly, *, up: str = "z", scene: bool = False) -> list[str]:
     """Return what looks like numbers in other units or coordinates with another axis up, and what to type instead.
 
     Parameters
@@ -238,6 +240,8 @@ def doubts(assembly: Assembly, *, up: str = "z") -> list[str]:
         As it was read.
     up : str, optional
         The axis of the file that points up by its format: "z", or "y" in GLB.
+    scene : bool, optional
+        Whether it is of a scene, which is in metres with z up, so that there is nothing to type.
 
     Returns
     -------
@@ -254,21 +258,23 @@ def doubts(assembly: Assembly, *, up: str = "z") -> list[str]:
     if size.max() > LONGEST:
         found.append(
             f'block "{assembly.names[free[size.argmax()]]}" is {size.max():,.4g} m long, longer than any stone laid; '
-            "if the coordinates are not in metres, give --units mm, cm, in or ft"
+            + (IN_METRES if scene else "if the coordinates are not in metres, give --units mm, cm, in or ft")
         )
     elif size.max() < 1e-3:
         found.append(
-            f"no block is longer than {size.max():.2g} m; if the file is in larger units than was said, give --units m"
+            f"no block is longer than {size.max():.2g} m; "
+            + (IN_METRES if scene else "if the file is in larger units than was said, give --units m")
         )
     if assembly.free_weight > HEAVIEST and not found:
         found.append(
-            f"the blocks weigh {assembly.free_weight / 1e3:.2g} kN, more than the largest pyramid; see --units"
+            f"the blocks weigh {assembly.free_weight / 1e3:.2g} kN, more than the largest pyramid; "
+            + (IN_METRES if scene else "see --units")
         )
     low, high = assembly.density[free].min(), assembly.density[free].max()
     if (low < DENSITIES[0] or high > DENSITIES[1]) and not low == high == 1.0:  # 1 stands for no density at all
         given = f"the density is {low:g}" if low == high else f"densities go from {low:g} to {high:g}"
         found.append(f"{given} kg/m3; that of a file is in kg/m3")
-    return found + odd_gravity(assembly) + _odd_numbers(assembly) + _sideways(assembly, up)
+    return found + odd_gravity(assembly) + _odd_numbers(assembly) + ([] if scene else _sideways(assembly, up))
 
 
 def odd_gravity(assembly: Assembly) -> list[str]:
@@ -456,7 +462,7 @@ def chosen_supports(
     """
     chosen: list[int | str] = [given] if isinstance(given, (int, str)) else list(marked if given is None else given)
     if not chosen and given is None:
-        some = listed([name or f"block{i}" for i, name in enumerate(names)], 8)
+        some = listed([name or f"block{i}" for i, name in enumerate(numbered(names))], 8)
         raise NoSupportError(
             f'{kind} does not say which blocks are supports; give their names or numbers, or "{LOWEST}" for those that '
             f"reach down to the lowest corner (blocks: {some})"

@@ -13,7 +13,7 @@ import numpy as np
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.contact.tolerance import ROUNDING
 from blockstat.errors import InputError, gathered, is_number, known_options, no_such
-from blockstat.loading.ground import dispersed_forces, fill_forces, fluid_forces
+from blockstat.loading.ground import dispersed_forces, fill_forces, fluid_forces, warn_of_spread
 from blockstat.loading.on_faces import body_load, line_forces, patch_forces, point_forces, surface_forces
 from blockstat.loading.placed import PlacedForces, at_centroids, joined
 from blockstat.loads import WeightedLoads, acceleration
@@ -341,6 +341,7 @@ def _forces(assembly: Assembly, table: Any, path: str, shared: Callable[[], Inte
         return at_centroids(assembly, table)
     make = KINDS[table["kind"]]
     options = {key: value for key, value in table.items() if key != "kind"}
+    warn_of_spread(f"{path}.spread", options.get("spread"))
     if "interfaces" in inspect.signature(make).parameters:
         options["interfaces"] = shared()
     try:

@@ -6,6 +6,7 @@ which is on the safe side where it would help.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.tolerance import allowed_gap
-from blockstat.errors import InputError, check_number, check_positive, known_options
+from blockstat.errors import InputError, InputWarning, check_number, check_positive, is_number, known_options, rough
 from blockstat.loading.faces import ON, Face, integrated, selected
 from blockstat.loading.on_faces import facing
 from blockstat.loading.placed import PlacedForces
@@ -262,7 +263,8 @@ def dispersed_load(
     force : float
         Downwards [N].
     spread : float
-        How far the load spreads to each side for each metre of depth [-]: 0.5 for one to two.
+        How far the load spreads to each side for each metre of depth [-]: 0.5 for one to two. It is the tangent of an
+        angle.
     footprint : sequence of float, shape (2,), optional
         Sides of the loaded rectangle on the surface, along x and y [m].
     blocks : names or numbers of blocks, optional
@@ -282,6 +284,11 @@ def dispersed_load(
     InputError
         Where no free face lies below the point, or two lie above each other; for a bad number.
 
+    Warns
+    -----
+    InputWarning
+        With a spread that may be an angle.
+
     Notes
     -----
     The rectangle has grown by twice spread x depth at the depth of the next face below the point. There the pressure is
@@ -296,6 +303,7 @@ def dispersed_load(
     >>> load[:, 2].round(6).tolist()
     [-750.0, -250.0]
     """
+    warn_of_spread("spread", spread)
     forces = dispersed_forces(
         assembly, point, force, spread=spread, footprint=footprint, blocks=blocks, group=group, interfaces=interfaces
     )
@@ -334,6 +342,25 @@ def dispersed_forces(
     check_number("spread", spread, least=0)
     faces = facing(assembly, selected(assembly, blocks, group), up_of(assembly), interfaces)
     return dispersed(assembly, faces, three(point, "point"), force, spread, footprint)
+
+
+def warn_of_spread(what: str, spread: Any) -> None:
+    """Warn of a spread that may be an angle.
+
+    Parameters
+    ----------
+    what
+        What it is; the sentence begins with it.
+    spread
+        What was given.
+
+    Warns
+    -----
+    InputWarning
+        With the tangent of the angle.
+    """
+    if is_number(spread) and (doubt := rough(what, float(spread))) is not None:
+        warnings.warn(InputWarning(doubt), stacklevel=4)
 
 
 def dispersed(

@@ -296,7 +296,10 @@ def tendon_load(assembly: Assembly, blocks: Sequence[int | str], points: Any, fo
     total[:-1] += pull
     total[1:] -= pull
     load = np.zeros((assembly.n_blocks, 6))
-    for block, point, push in zip(assembly.blocks_named(blocks, "tendon"), corners, total, strict=True):
+    passed = assembly.blocks_named(blocks, "tendon")
+    if len(passed) != len(corners):
+        raise InputError(f"tendon: one of {list(blocks)!r} is a layer of several blocks; one point a block is needed")
+    for block, point, push in zip(passed, corners, total, strict=True):
         if not assembly.support[block] and not on_block(assembly, int(block), point):
             raise InputError(f'tendon: the point {point.tolist()} is not on block "{assembly.names[block]}"')
         load[block] += np.concatenate([push, np.cross(point - assembly.centroid[block], push)])

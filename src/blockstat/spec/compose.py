@@ -319,7 +319,7 @@ def _held(wanted: str, blocks: Sequence[Block], absent: Callable[[], list[str]])
     parts = wanted.split(".")
     found = [i for i, block in enumerate(blocks) if _within(block.group.split("."), parts)]
     if not found and not _is_absent(wanted, absent(), fnmatchcase):
-        known = ", ".join(sorted({block.group for block in blocks if block.group}))
+        known = ", ".join(sorted({GROUND, *(block.group for block in blocks if block.group)}))
         raise InputError(f'supports: no group "{wanted}"; groups are: {known}')
     return found
 

@@ -309,6 +309,12 @@ def _plain(node: Any, path: str, names: _Names) -> Any:
     return bool(node) if is_presence(path) and node in (0, 1) else node
 
 
+def _as_arithmetic(told: str, bare: dict[str, str]) -> str:
+    """A fault, with what to write where the name of a parameter stands for its value, by the place of each."""
+    name = next((name for place, name in bare.items() if told.startswith(place)), None)
+    return told if name is None else f'{told}; write "= {name}" for the value of the parameter'
+
+
 def _element(table: dict[str, Any], path: str, names: _Names) -> Element:
     kind = table.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
@@ -322,7 +328,11 @@ def _element(table: dict[str, Any], path: str, names: _Names) -> Element:
     try:
         element = read_as(KINDS[kind], plain, path)
     except InputError:
-        element = read_as(KINDS[kind], _rounded(plain), path)
+        try:
+            element = read_as(KINDS[kind], _rounded(plain), path)
+        except InputError as error:
+            bare = {f"{path}.{key}: ": text for key, text in keys.items() if text in [*names.parameters]}
+            raise InputError(*(_as_arithmetic(text, bare) for text in error.args)) from None
     check_all_places(element, keys, path)
     prefix = path.removeprefix("elements.") if element.prefix is None else element.prefix
     if prefix.split(".")[0] == GROUND:

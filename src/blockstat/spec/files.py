@@ -133,7 +133,7 @@ def _tables(path: Path) -> dict[str, Any]:
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
+        raise InputError(f"{path}: not valid TOML: {error}{_as_number(text, str(error))}") from None
     except RecursionError:
         raise InputError(f"{path}: tables and lists are nested too deeply") from None
     except ValueError:  # Python reads no integer of so many digits
@@ -142,6 +142,18 @@ def _tables(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: the file is empty")
     blaming(path, lambda: check_depth(data))
     return data
+
+
+def _as_number(text: str, told: str) -> str:
+    """What to write where the line at fault has a number with a decimal comma, or with a unit."""
+    at = re.search(r"line (\d+)", told)
+    line = text.splitlines()[int(at[1]) - 1 :][:1] if at and told.startswith("Expected") else []
+    found = re.search(r"=\s*([+-]?\d+)(?:,(\d+)|(?:\.\d+)?\s*(?![eE][+-]?\d)[a-zA-Z])", line[0]) if line else None
+    if found is None:
+        return ""
+    if found[2] is None:
+        return "; a number stands without a unit: lengths are in metres"
+    return f"; a number is written with a decimal point: {found[1]}.{found[2]}"
 
 
 def located(path: str | Path, error: InputError) -> InputError:

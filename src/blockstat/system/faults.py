@@ -10,6 +10,16 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import msgspec
 
 ROWS = (list, tuple, Sequence)  #: types of lists
+#: What msgspec calls a type, and what those who write files do. A number may always be whole; `null` is no key at all.
+WORDS = {
+    "float": "a number",
+    "int": "a whole number",
+    "str": "a text",
+    "bool": "true or false",
+    "array": "a list",
+    "object": "a table",
+}
+BOUNDS = {">": "above", ">=": "of at least", "<": "below", "<=": "of at most"}
 
 
 def faults(kind: Any, data: Any, path: str = "") -> list[str]:
@@ -27,7 +37,7 @@ def faults(kind: Any, data: Any, path: str = "") -> list[str]:
     Returns
     -------
     list of str
-        A sentence for each fault, with its place, as "wall.height: Expected `float`, got `str`".
+        A sentence for each fault, with its place, as "wall.height: it must be a number, not a text".
 
     Examples
     --------
@@ -44,7 +54,8 @@ def faults(kind: Any, data: Any, path: str = "") -> list[str]:
     except msgspec.ValidationError as error:
         own = [*_of_keys(kind, data, path)]
         inner = [text for part, value, place in _parts(kind, data, path) for text in faults(part, value, place)]
-        return [*own, *inner] or [_sentence(error, kind, path) + _as_number(data)]
+        sentence = _sentence(error, kind, path)
+        return [*own, *inner] or [sentence + (_as_number(data) if "number, not a text" in sentence else "")]
     return []
 
 
@@ -72,6 +83,7 @@ def unknown_keys(struct: type[msgspec.Struct], data: dict[str, Any], path: str =
 def _sentence(error: msgspec.ValidationError, kind: Any, path: str) -> str:
     message, _, where = str(error).partition(" - at `$")
     message = re.sub(r"^Object missing required field `(.*)`$", r"\1 is missing", message)
+    message = re.sub(r"^Expected `([^`]*)`(.*)$", _in_words, message)
     inner = where.rstrip("`").lstrip(".")
     if message.startswith("Invalid enum value") and (choices := _choices(kind)):
         message += f"; it must be one of: {', '.join(map(str, choices))}"
@@ -79,13 +91,25 @@ def _sentence(error: msgspec.ValidationError, kind: Any, path: str) -> str:
     return f"{whole}: {message}" if whole else message
 
 
+def _in_words(expected: re.Match[str]) -> str:
+    """What msgspec expected and got, in the words of `WORDS`."""
+    kinds = expected[1].split(" | ")
+    words = [word for kind, word in WORDS.items() if kind in kinds and not (kind == "int" and "float" in kinds)]
+    given = WORDS | {"float": "one with a decimal point"} if "int" in kinds else WORDS
+    rest = re.sub(r", got `?(\w+)`?$", lambda got: f", not {given.get(got[1], got[1])}", expected[2])
+    rest = re.sub(r"^ ([<>]=?) (\S+)$", lambda bound: f" {BOUNDS[bound[1]]} {float(bound[2]):g}", rest)
+    return f"it must be {' or '.join(words) or expected[1]}{rest}"
+
+
 def _as_number(data: Any) -> str:
-    """What to write in place of a text that is a number."""
-    text = data.strip() if isinstance(data, str) else ""
-    if not re.fullmatch(r"[+-]?\d+(?:[.,]\d+)?", text):
+    """What to write in place of a text that is a number, perhaps with a unit."""
+    found = re.fullmatch(r"([+-]?\d+(?:[.,]\d+)?)\s*([^\W\d]\S*)?", data.strip()) if isinstance(data, str) else None
+    if found is None:
         return ""
-    point = ", with a decimal point" if "," in text else ""
-    return f"; write {text.replace(',', '.')} without quotes{point}"
+    if found[2]:
+        return "; write it without quotes and without a unit: lengths are in metres"
+    point = ", with a decimal point" if "," in found[1] else ""
+    return f"; write {found[1].replace(',', '.')} without quotes{point}"
 
 
 def _of_keys(kind: Any, data: Any, path: str) -> Iterator[str]:

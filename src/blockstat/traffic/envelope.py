@@ -25,6 +25,7 @@ from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.overlap.searched import searched_joints
 from blockstat.errors import InputError, check_number, known_options
 from blockstat.loading.faces import selected
+from blockstat.loading.ground import warn_of_spread
 from blockstat.loading.on_faces import facing
 from blockstat.loads import numbers, up_of
 from blockstat.result import Result, Sentence, finite
@@ -176,6 +177,11 @@ def moving_load(
     InputError
         When the assembly does not stand, for a bad train or path, or for an option that does not exist.
 
+    Warns
+    -----
+    InputWarning
+        With a spread that may be an angle.
+
     Notes
     -----
     A mechanism bounds the multiplier only where it drives no blocks into each other at contacts that are in no program,
@@ -201,6 +207,7 @@ def moving_load(
     for name, value in (("spread", 0.0 if spread is None else spread), ("footprint", footprint)):
         if not (np.isfinite(numbers(value)) & (numbers(value) >= 0)).all():
             raise InputError(f"{name} is {value!r}; it must be at least 0")
+    warn_of_spread("spread", spread)
     told: tuple[str, ...] = ()
     if interfaces is None:
         interfaces, _, told = searched_joints(assembly, gap)

@@ -306,10 +306,14 @@ def _window(run: Run, view: Floats, chosen: Ints) -> tuple[Floats, Floats]:
     """Corners of the picture plane to show, shape (2,) each [m]."""
     assembly = run.assembly
     free = ~assembly.support[assembly.vertex_block]
-    built = assembly.vertices[free] @ view[:2].T
-    lower, upper = built.min(axis=0), built.max(axis=0)
+    flat, first = assembly.vertices @ view[:2].T, assembly.vertex_start[:-1]
+    lower, upper = flat[free].min(axis=0), flat[free].max(axis=0)
     extent = (upper - lower).max()
-    seen = np.concatenate([posed(assembly, run.displacement[k], run.rotation[k])[free] for k in chosen]) @ view[:2].T
+    # Foundations are seen whole; a slab that is larger than all that stands on it is cut.
+    size = (np.maximum.reduceat(flat, first) - np.minimum.reduceat(flat, first)).max(axis=1)
+    shown = (~assembly.support | (size < extent))[assembly.vertex_block]
+    lower, upper = flat[shown].min(axis=0), flat[shown].max(axis=0)
+    seen = np.concatenate([posed(assembly, run.displacement[k], run.rotation[k])[shown] for k in chosen]) @ view[:2].T
     lower = np.clip(seen.min(axis=0), lower - REACH * extent, lower)
     upper = np.clip(seen.max(axis=0), upper, upper + REACH * extent)
     return lower - MARGIN * extent, upper + MARGIN * extent

@@ -42,6 +42,7 @@ from blockstat.io.parts import Parts, chosen_supports, is_marked
 from blockstat.typing import Floats
 
 LISTED = "meshes"  #: in the place of the dtype of a list of meshes, which has none
+OLD_KEYS = {"attributes", "dea"}  #: of a network or a mesh before COMPAS 2, which may say no dtype
 EXACT = 1e-9  #: the last row of a matrix may be off by this, as inverses of COMPAS are
 PARALLEL = 1e-9  #: axes of a frame span no plane when the sine of their angle is at most this; rounding leaves 1e-16
 
@@ -50,7 +51,7 @@ T = TypeVar("T")
 
 
 def is_compas(data: Any) -> bool:
-    """Tell whether JSON data are an object that COMPAS wrote.
+    """Tell whether JSON data are an object that COMPAS wrote, of any version.
 
     Parameters
     ----------
@@ -63,8 +64,23 @@ def is_compas(data: Any) -> bool:
     """
     if isinstance(data, list):
         listed = [*_listed(data)]
-        return bool(listed) and all(isinstance(own, dict) and isinstance(own.get("data"), dict) for _, own in listed)
-    return isinstance(data, dict) and ("dtype" in data or "datatype" in data) and "blocks" not in data
+        return bool(listed) and all(
+            isinstance(own, dict) and (isinstance(own.get("data"), dict) or _is_old(own)) for _, own in listed
+        )
+    return isinstance(data, dict) and (("dtype" in data and "blocks" not in data) or _is_old(data))
+
+
+def _is_old(data: Any) -> bool:
+    """Whether COMPAS 1 or an older version wrote an object: data by other names, or blocks in a table by number."""
+    if not isinstance(data, dict):
+        return False
+    held = data.get("blocks")
+    return (
+        ("datatype" in data and held is None)
+        or ("dtype" in data and "value" in data and "data" not in data)
+        or OLD_KEYS <= data.keys()
+        or (isinstance(held, dict) and any(isinstance(own, dict) and "vertex" in own for own in held.values()))
+    )
 
 
 def compas_parts(data: Any, name: str, *, supports: Iterable[int | str] | None = None) -> Parts:
@@ -97,10 +113,10 @@ def compas_parts(data: Any, name: str, *, supports: Iterable[int | str] | None =
         Where a model has modifiers between elements, which are not applied, or blocks share a name; and for what of a
         problem is not applied.
     """
+    if any(map(_is_old, (own for _, own in _listed(data)) if isinstance(data, list) else [data])):
+        raise InputError("written by COMPAS 1 or an older version; load it in COMPAS 2 and save it again")
     if isinstance(data, list):
         data = {"dtype": LISTED, "data": {"meshes": data}}
-    if ("value" in data and "data" not in data) or "datatype" in data:
-        raise InputError("written by COMPAS 1; load it in COMPAS 2 and save it again")
     found = as_struct(data, CompasObject, "COMPAS object")
     problem = problem_of(found)
     made = found if problem is None else problem.model
