@@ -133,7 +133,7 @@ def row_pairs(
     for row in np.flatnonzero(crowded).tolist():
         one = slice(first_a[row], first_a[row] + count_a[row])
         two = slice(first_b[row], first_b[row] + count_b[row])
-        close = _close(*(bound[one] for bound in box_a), *(bound[two] for bound in box_b), float(reach[row]))
+        close = _close((box_a[0][one], box_a[1][one]), (box_b[0][two], box_b[1][two]), float(reach[row]))
         pairs += [(i + one.start, j + two.start) for i, j in close]
     a, b = (np.concatenate(column) for column in zip(*pairs, strict=True))
     slack, near = reach[row_a[a]], np.ones(len(a), dtype=bool)
@@ -147,12 +147,12 @@ def row_pairs(
     return a, b
 
 
-def _close(low_a: Floats, high_a: Floats, low_b: Floats, high_b: Floats, reach: float) -> Iterator[tuple[Ints, Ints]]:
+def _close(box_a: tuple[Floats, Floats], box_b: tuple[Floats, Floats], reach: float) -> Iterator[tuple[Ints, Ints]]:
     """Numbers of boxes of two lists that may be near each other, a class of sizes of each after the other."""
     from scipy.spatial import KDTree
 
     lists = []
-    for low, high in ((low_a, high_a), (low_b, high_b)):
+    for low, high in (box_a, box_b):
         half = (high - low).max(axis=1) / 2 + reach
         level = np.round(np.log2(np.maximum(half, np.finfo(float).tiny))).astype(int)
         classes = [np.flatnonzero(level == value) for value in np.unique(level)]
