@@ -143,11 +143,28 @@ def covered(search: Search, features: Features, known: Contacts, least: float) -
         or beside it by no more than twice the rounding and what the angle between the normals makes of the reach.
     """
     found = np.zeros(len(features.row), dtype=bool)
+    found[covers(search, features, known, least)[0]] = True
+    return found
+
+
+def covers(search: Search, features: Features, known: Contacts, least: float) -> tuple[Ints, Ints]:
+    """Return the known contacts in which features lie whole.
+
+    Parameters
+    ----------
+    search, features, known, least
+        As of `covered`.
+
+    Returns
+    -------
+    feature, contact : array of int, shape (n,)
+        Numbers of both, ascending by feature.
+    """
     item, cover, alike = _of_one_pair(features, known)
     alike_enough = alike >= least
     item, cover = item[alike_enough], cover[alike_enough]
-    found[item[inside(search, features.take(item), known.patches, cover, search.reach[features.row[item]])]] = True
-    return found
+    lies = inside(search, features.take(item), known.patches, cover, search.reach[features.row[item]])
+    return item[lies], cover[lies]
 
 
 def _of_one_pair(features: Features, known: Contacts) -> tuple[Ints, Ints, Floats]:
