@@ -882,7 +882,7 @@ def test_a_copy_is_looked_for_with_the_first_one_only():
 def test_contact_data_is_frozen_and_compared_by_identity():
     asm, faces = joints([])
     none = np.empty(0, dtype=int)
-    unresolved = Unresolved(np.empty((0, 2), int), np.empty((0, 3)), (), np.empty((0, 3)), none)
+    unresolved = Unresolved(np.empty((0, 2), int), np.empty((0, 3)), (), np.empty((0, 3)), none, np.empty((0, 2), int))
     pairs = np.array([[0, 1]])
     search = search_of(asm, pairs, Tolerances(np.ones(3), 1e-6, 0.2), rims=False)
     contacts = Contacts(none, none, listed(THREE).take(none))

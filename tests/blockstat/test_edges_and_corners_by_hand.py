@@ -15,7 +15,7 @@ from blockstat.contact.faces import frames
 from blockstat.contact.features import ContactKind, Features
 from blockstat.contact.known_contacts import Contacts, Tolerances, covered, features_of, search_of
 from blockstat.contact.tolerance import allowed_gap
-from blockstat.contact.unresolved import Unresolved, _extreme_normals, unresolved_contacts
+from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from evidence.scenes.small import assembly, box, prism
 from tests.point_bodies import hull
 
@@ -796,26 +796,6 @@ def test_an_edge_on_another_face_than_that_of_the_foot_is_a_contact_of_its_own(f
     own = found.point[found.start[1] :]
     assert sorted(map(tuple, own.round(9).tolist())) == [(1.0, 0.2, 0.5), (1.0, 0.7, 0.5)]
     assert found.frame[1, 0] == pytest.approx([-1.0 if flip else 1.0, 0, 0], abs=1e-12)
-
-
-def test_where_two_corners_with_notches_meet_every_normal_may_act():
-    # The inner corners of two angles: no convex cone says where either block goes on. Beside them, plain corners.
-    angle = prism([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], 1.0)
-    asm = assembly([angle, Block(np.asarray(angle.vertices, float) + [3, 0, 0], angle.faces)])
-    search = search_of(asm, np.array([[0, 1]]), Tolerances(np.full(2, 0.1), 1e-6, STEEP), rims=True)
-    topology = search.topology
-    inner = [k for k, v in enumerate(topology.corner) if topology.saddle[k]]
-    place = asm.vertices[topology.corner[inner]].tolist()
-    one, two = inner[place.index([1, 0, 1])], inner[place.index([4, 1, 1])]
-    plain = topology.corner.tolist().index(int(np.flatnonzero((asm.vertices == [2, 0, 0]).all(axis=1))[0]))
-    rows_, own, other = np.zeros(3, int), ~np.array([plain, one, one]), ~np.array([plain, two, plain])
-    owner, normal = _extreme_normals(search, rows_, own, other)
-    free = sorted(map(tuple, (normal[owner == 1] + 0.0).tolist()))
-    assert free == sorted(map(tuple, np.concatenate([np.eye(3), -np.eye(3)] + np.zeros((3, 3))).tolist()))
-    # A corner of a cube against nothing known: its own three faces say which.
-    assert sorted(map(tuple, (normal[owner == 2].round(9) + 0.0).tolist())) == sorted(
-        map(tuple, (np.diag([1.0, -1.0, -1.0]) + 0.0).tolist())
-    )
 
 
 def test_the_plane_of_a_narrow_patch_is_not_taken_for_one_that_divides_its_blocks():

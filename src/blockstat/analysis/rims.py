@@ -97,7 +97,8 @@ def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     Two edges, or an edge and a corner, keep apart where `n'g >= 0` about one of the normals that separate them. So the
     motions that they allow are all but those of an open convex cone, and the polar of these is nothing: no force can
     resist a motion in which the blocks pass each other. They pass where they open about one of the normals by more than
-    rounding. Blocks that share a sliver too narrow for a patch do not pass: there, each normal may resist.
+    rounding, edges along each other at every point that they share. Blocks that share a sliver too narrow for a patch
+    do not pass: there, each normal may resist.
     """
     found = _resisting(problem, mechanism)
     if not len(found.pair):
@@ -122,12 +123,36 @@ def _resisting(problem: Problem, mechanism: Floats) -> Unresolved:
         found = problem.unresolved().among(moving, assembly.n_blocks)
     if not len(found.pair):
         return found
-    opening = _opening(assembly, mechanism, found.as_corners())
+    one, two = (point_velocity(assembly, mechanism, found.pair[:, side], found.point) for side in (0, 1))
+    velocity = two - one
+    opening = np.einsum("nj,nj->n", found.normal, velocity[found.contact])
     passing, closing = np.full(len(found.pair), -np.inf), np.full(len(found.pair), np.inf)
     np.maximum.at(passing, found.contact, opening)
     np.minimum.at(closing, found.contact, opening)
     grazes = np.where(_slivers(problem, found.pair), True, passing <= SLOW)
-    return found.only(grazes & (closing < -SLOW))
+    resists = grazes & (closing < -SLOW)
+    resists[found.line[_driven_between_ends(found, velocity), 0]] = True
+    return found.only(resists)
+
+
+def _driven_between_ends(found: Unresolved, velocity: Floats) -> np.ndarray:
+    """Which edges a mechanism drives into the edges along them, somewhere between the ends of what they share.
+
+    The opening about each normal is linear along the edges. So the largest is convex, and least at an end or where two
+    of them are equal.
+    """
+    begin, end = found.line.T
+    count = np.bincount(found.contact, minlength=len(found.pair))[begin]
+    column = np.minimum(np.arange(count.max(initial=0)), count[:, None] - 1)
+    normal = found.normal[np.searchsorted(found.contact, begin)[:, None] + column]
+    first, last = (np.einsum("nkj,nj->nk", normal, velocity[k]) for k in (begin, end))
+    i, j = np.triu_indices(column.shape[1], 1)
+    ahead, behind = first[:, i] - first[:, j], last[:, i] - last[:, j]
+    line, pair = np.nonzero(ahead * behind < 0)
+    share = ahead[line, pair] / (ahead[line, pair] - behind[line, pair])
+    opening = first[line] + share[:, None] * (last[line] - first[line])
+    driven = (opening.max(axis=1, initial=-np.inf) <= SLOW) & (opening.min(axis=1, initial=np.inf) < -SLOW)
+    return np.bincount(line[driven], minlength=len(begin)) > 0
 
 
 def _moving(assembly: Assembly, mechanism: Floats, pairs: Ints) -> Ints:

@@ -144,17 +144,35 @@ def covered(search: Search, features: Features, known: Contacts, least: float) -
         or beside it by no more than twice the rounding and what the angle between the normals makes of the reach.
     """
     found = np.zeros(len(features.row), dtype=bool)
-    order = np.argsort(known.row, kind="stable")
+    found[covers(search, features, known, least)[0]] = True
+    return found
+
+
+def covers(search: Search, features: Features, known: Contacts, least: float) -> tuple[Ints, Ints]:
+    """Return the known contacts in which features lie whole.
+
+    Parameters
+    ----------
+    search, features, known, least
+        As of `covered`.
+
+    Returns
+    -------
+    feature, contact : array of int, shape (n,)
+        Numbers of both, ascending by feature.
+    """
+    one, two = (np.argsort(rows, kind="stable") for rows in (features.row, known.row))
     # Beside a polygon by rounding, and by what an angle makes of the reach.
     margin = 2 * (search.reach + search.rounding)
-    one = np.argsort(features.row, kind="stable")
-    ends, boxes = features.ends[one], known.patches.take(order).boxes()
-    item, cover = row_pairs(features.row[one], (ends.min(axis=1), ends.max(axis=1)), known.row[order], boxes, margin)
-    item, cover = one[item], order[cover]
+    ends, boxes = features.ends[one], known.patches.take(two).boxes()
+    item, cover = row_pairs(features.row[one], (ends.min(axis=1), ends.max(axis=1)), known.row[two], boxes, margin)
+    item, cover = one[item], two[cover]
+    order = np.lexsort((cover, item))
+    item, cover = item[order], cover[order]
     alike_enough = np.einsum("ij,ij->i", known.patches.frame[cover, 0], features.normal[item]) >= least
     item, cover = item[alike_enough], cover[alike_enough]
-    found[item[inside(search, features.take(item), known.patches, cover, search.reach[features.row[item]])]] = True
-    return found
+    lies = inside(search, features.take(item), known.patches, cover, search.reach[features.row[item]])
+    return item[lies], cover[lies]
 
 
 def inside(search: Search, features: Features, patches: Patches, cover: Ints, depth: Floats) -> np.ndarray:

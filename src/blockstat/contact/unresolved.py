@@ -3,11 +3,15 @@
 They are in no program. The normals that separate the two blocks at the point form a cone. The normals about which a
 motion has `g_n >= mu |g_t|` are those within `pi/2 - atan(mu)` of the velocity, a convex cone too. So a motion that
 keeps clear of the extreme normals keeps clear of all.
+
+A corner with a notch is cut into convex cones. Each pair of cones of the two blocks has its own normals, and blocks
+pass each other where all pairs do.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,9 +20,10 @@ from blockstat.contact.coplanar import Patches
 from blockstat.contact.faces import as_searched, frames
 from blockstat.contact.features import ContactKind, Features, Search
 from blockstat.contact.interfaces import ANGLE, GAP, WIDTH, Interfaces
-from blockstat.contact.known_contacts import Contacts, Tolerances, covered, features_of, search_of
+from blockstat.contact.known_contacts import Contacts, Tolerances, covered, covers, features_of, search_of
 from blockstat.contact.tolerance import allowed_gap, stated_length
 from blockstat.geometry.polyhedron import members
+from blockstat.surface.corner_cones import corner_cones
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -26,6 +31,8 @@ if TYPE_CHECKING:
 
 #: A normal separates two cones of directions when none leans across its plane by more than this sine.
 LEAN = 1e-4
+#: An interface of parts of blocks has their normal to within this sine: its plane may be the mean of many facets.
+ALIKE = float(np.sin(ANGLE))
 #: Contacts whose normals are sought at once.
 CHUNK = 2000
 
@@ -39,6 +46,7 @@ class Unresolved:
     reason: tuple[str, ...]  #: "edge along edge", "corner on edge" or "corner on corner"
     normal: Floats  #: extreme normals of all contacts, from a to b, shape (n_normals, 3)
     contact: Ints  #: the contact of each normal, ascending, shape (n_normals,)
+    line: Ints  #: contacts at the two ends of each edge along an edge, shape (n_lines, 2)
 
     def among(self, pairs: Ints, n_blocks: int) -> Unresolved:
         """Return the contacts of some pairs of blocks.
@@ -73,9 +81,11 @@ class Unresolved:
         normals = chosen[self.contact]
         reason = tuple(word for word, is_chosen in zip(self.reason, chosen, strict=True) if is_chosen)
         place = np.cumsum(chosen) - 1
+        whole = chosen[self.line].all(axis=1)
         return Unresolved(
-            self.pair[chosen], self.point[chosen], reason, self.normal[normals], place[self.contact[normals]]
-        )
+            self.pair[chosen], self.point[chosen], reason, self.normal[normals], place[self.contact[normals]],
+            place[self.line[whole]],
+        )  # fmt: skip
 
     def as_corners(self) -> Interfaces:
         """Return the contacts as corners on faces, one for each extreme normal.
@@ -144,23 +154,23 @@ def unresolved_contacts(
     Returns
     -------
     Unresolved
-        The contacts that are no part of an interface, nor of one before it lost its edges. At an end of an interface
-        its normal is the only one.
+        The contacts that are no part of an interface, nor of one before it lost its edges. Where a block has a notch
+        that ends there, the contacts of its convex parts of which the normal of no interface separates the two.
     """
     pairs = interfaces.rims if pairs is None else pairs
     if pairs is None or not len(pairs):
-        return Unresolved(np.empty((0, 2), np.int64), np.empty((0, 3)), (), np.empty((0, 3)), np.empty(0, np.int64))
+        none = np.empty((0, 2), np.int64)
+        return Unresolved(none, np.empty((0, 3)), (), np.empty((0, 3)), np.empty(0, np.int64), none)
     blurred = stated_length(gap) is not None
     tolerances = Tolerances(allowed_gap(assembly, gap), WIDTH, float(np.sin(ANGLE)), blurred)
     assembly = as_searched(assembly, gap)
     search = search_of(assembly, pairs, tolerances, rims=True)
     known = _known(interfaces.drawn or interfaces, pairs, assembly.n_blocks)
-    lines, dots = features_of(search, tolerances.steepest)
-    bare = []
-    for features in (lines, dots):
-        features = features.take(features.rim)
-        bare.append(features.take(~covered(search, features, known, -np.inf)))
-    return _bounded(search, *bare)
+    lines, dots = (found.take(found.rim) for found in features_of(search, tolerances.steepest))
+    # The surface that an interface lies in bounds an edge, or a convex corner, on its side.
+    lines = lines.take(~covered(search, lines, known, -np.inf))
+    dots = dots.take(_saddles(search, dots) | ~covered(search, dots, known, -np.inf))
+    return _bounded(search, lines, dots, known)
 
 
 def _known(interfaces: Interfaces, pairs: Ints, n_blocks: int) -> Contacts:
@@ -181,48 +191,106 @@ def _known(interfaces: Interfaces, pairs: Ints, n_blocks: int) -> Contacts:
     return Contacts(order[place[own]], interfaces.kinds[own], patches)
 
 
-def _bounded(search: Search, lines: Features, dots: Features) -> Unresolved:
+def _bounded(search: Search, lines: Features, dots: Features, known: Contacts) -> Unresolved:
     """The contacts that have normals, each point once, with the extreme ones."""
-    n_lines = len(lines.row)
+    n_ends = 2 * len(lines.row)
     row = np.concatenate([np.repeat(lines.row, 2), dots.row])
     point: Floats = np.concatenate([lines.ends.reshape(-1, 3), dots.ends[:, 0]])
     own, other = (np.concatenate([np.repeat(getattr(lines, f), 2), getattr(dots, f)]) for f in ("own", "other"))
-    owner, normal = _extreme_normals(search, row, own, other)
-    live = np.unique(owner)
-    first, place = _places(search, row[live], point[live])
-    contact, kept = place[np.searchsorted(live, owner)], live[first]
-    order = np.argsort(contact, kind="stable")
     corner = (own < 0) & (other < 0)
+    place = _places(search, row, point)
+    saddle = np.flatnonzero(np.concatenate([np.zeros(n_ends, bool), _saddles(search, dots)]))
+    saddle = saddle[np.lexsort((~corner[saddle], place[saddle]))]
+    notched, finest = np.unique(place[saddle], return_index=True)
+    saddle, beside = saddle[finest], np.isin(place, notched)
+    # The edges that end at a notch are part of it, but for those that go on along each other.
+    whole = np.flatnonzero(~beside | (np.arange(len(row)) < n_ends))
+    parted, parts = _parts(search, dots.take(saddle - n_ends), known)
+    sides = [_directions(search, row[whole], feature[whole]) for feature in (own, other)]
+    owner = np.concatenate([*(k for k, _ in sides), len(whole) + np.repeat(np.arange(len(parts)), [*map(len, parts)])])
+    source = np.concatenate([whole, saddle[parted]])
+    owner, normal = _extreme_normals(len(source), owner, np.concatenate([*(d for _, d in sides), *parts]))
+    group = np.where(beside[source], len(row) + np.arange(len(source)), place[source])
+    _, first, contact = np.unique(group[owner], return_index=True, return_inverse=True)
+    order, kept = np.argsort(contact, kind="stable"), source[owner[first]]
+    number = np.full(len(row), -1)
+    number[source[owner]] = contact
+    ends = number[:n_ends].reshape(-1, 2)
     reason = tuple(
-        "edge along edge" if k < 2 * n_lines else "corner on corner" if corner[k] else "corner on edge" for k in kept
+        "edge along edge" if k < n_ends else "corner on corner" if corner[k] else "corner on edge" for k in kept
     )
-    return Unresolved(search.pairs[row[kept]], point[kept], reason, normal[order], contact[order])
+    return Unresolved(
+        search.pairs[row[kept]], point[kept], reason, normal[order], contact[order], ends[(ends >= 0).all(axis=1)]
+    )
 
 
-def _places(search: Search, row: Ints, point: Floats) -> tuple[Ints, Ints]:
-    """The first of the contacts of one pair at one place, and the place of each contact."""
+def _places(search: Search, row: Ints, point: Floats) -> Ints:
+    """The number of the place of each contact; contacts of one pair at one place have the same."""
     local = point - search.assembly.vertices[search.assembly.vertex_start[search.pairs[row, 0]]]
     grid = np.round(local / (10 * search.rounding[row])[:, None])
-    _, first, place = np.unique(np.column_stack([row, grid]), axis=0, return_index=True, return_inverse=True)
-    return first, place.reshape(-1)
+    return np.unique(np.column_stack([row, grid]), axis=0, return_inverse=True)[1].reshape(-1)
 
 
-def _extreme_normals(search: Search, row: Ints, own: Ints, other: Ints) -> tuple[Ints, Floats]:
-    """The contact, ascending, and the direction of the extreme normals of planes that keep two features apart."""
-    owners, directions = zip(*(_directions(search, row, feature) for feature in (own, other)), strict=True)
-    owner = np.concatenate(owners)
+def _saddles(search: Search, dots: Features) -> np.ndarray:
+    """At which contacts of corners one has a notch."""
+    return _notched(search, dots.own) | _notched(search, dots.other)
+
+
+def _notched(search: Search, feature: Ints) -> np.ndarray:
+    """Which features are corners with a notch."""
+    found = feature < 0
+    found[found] = search.topology.saddle[~feature[found]]
+    return found
+
+
+def _parts(search: Search, dots: Features, known: Contacts) -> tuple[Ints, list[Floats]]:
+    """The contacts of the convex parts of blocks at corners with notches, and the directions of both parts.
+
+    Left out are those at which the normal of an interface separates the parts: what opens there passes.
+    """
+    item, cover = covers(search, dots, known, -np.inf)
+    number: list[int] = []
+    found: list[Floats] = []
+    both = zip(*(_convex(search, dots.row, feature) for feature in (dots.own, dots.other)), strict=True)
+    for k, (one, two) in enumerate(both):
+        normal = known.patches.frame[cover[item == k], 0]
+        for direction in (np.concatenate(sides) for sides in product(one, two)):
+            if not ((direction @ normal.T).max(axis=0, initial=-1.0) <= ALIKE).any():
+                number.append(k)
+                found.append(direction)
+    return np.array(number, dtype=np.int64), found
+
+
+def _convex(search: Search, row: Ints, feature: Ints) -> list[list[Floats]]:
+    """For each feature the directions of its convex parts, turned round for the second block of a pair."""
+    owner, direction = _directions(search, row, feature)
     order = np.argsort(owner, kind="stable")
-    owner, direction = owner[order], np.concatenate(directions)[order]
-    count = np.bincount(owner, minlength=len(row))
+    starts = np.searchsorted(owner[order], np.arange(len(row) + 1))
+    found = [[direction[order[first:last]]] for first, last in pairwise(starts.tolist())]
+    at = np.flatnonzero(_notched(search, feature))
+    vertex, number = np.unique(search.topology.corner[~feature[at]], return_inverse=True)
+    cones = corner_cones(search.assembly, vertex)
+    for k, sign, own in zip(at, _signs(search, row[at], feature[at]), number, strict=True):
+        found[k] = [sign * cone for cone in cones[own]]
+    return found
+
+
+def _extreme_normals(n: int, owner: Ints, direction: Floats) -> tuple[Ints, Floats]:
+    """The contact, ascending, and the direction of the extreme normals of planes that keep two features apart.
+
+    n : number of contacts
+    owner, direction : of what goes on from a contact, turned round for the second feature
+    """
+    order = np.argsort(owner, kind="stable")
+    owner, direction = owner[order], direction[order]
+    count = np.bincount(owner, minlength=n)
     width = int(count.max(initial=0))
     column = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
-    sides = np.zeros((len(row), width, 3))
+    sides = np.zeros((n, width, 3))
     sides[owner, column] = direction
     one, two = np.triu_indices(width, 1)
-    # Where nothing is known of the two, every normal may act.
-    free = np.flatnonzero(count == 0)
-    found = [np.repeat(free, 6)], [np.tile(np.concatenate([np.eye(3), -np.eye(3)]), (len(free), 1))]
-    for first in range(0, len(row), CHUNK):
+    found = [np.empty(0, np.int64)], [np.empty((0, 3))]
+    for first in range(0, n, CHUNK):
         part = sides[first : first + CHUNK]
         across = np.cross(part[:, one], part[:, two])
         length = np.linalg.norm(across, axis=2)
@@ -239,17 +307,19 @@ def _extreme_normals(search: Search, row: Ints, own: Ints, other: Ints) -> tuple
 def _directions(search: Search, row: Ints, feature: Ints) -> tuple[Ints, Floats]:
     """Directions in which a block goes on from an edge or a corner, turned round for the second block of a pair."""
     topo = search.topology
-    block = search.assembly.vertex_block
     edges, corners = np.flatnonzero(feature >= 0), np.flatnonzero(feature < 0)
     edge, corner = feature[edges], ~feature[corners]
     ends = search.assembly.vertices[topo.edge[edge]]
     along = (ends[:, 1] - ends[:, 0]) / np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)[:, None]
     around = np.concatenate([np.stack([along, -along], axis=1), topo.inward[edge]], axis=1)
-    # A corner with a notch is no convex cone: it may touch at any normal that the other block allows.
-    count = np.where(topo.saddle[corner], 0, np.diff(topo.spoke_start)[corner])
-    which, spoke = members(topo.spoke_start[corner], count)
+    which, spoke = members(topo.spoke_start[corner], np.diff(topo.spoke_start)[corner])
     owner = np.concatenate([np.repeat(edges, 4), corners[which]])
     direction = np.concatenate([around.reshape(-1, 3), topo.spoke[spoke]])
+    return owner, direction * _signs(search, row, feature)[owner, None]
+
+
+def _signs(search: Search, row: Ints, feature: Ints) -> Floats:
+    """1 for the features of the first block of a pair, -1 for those of the second."""
+    topo = search.topology
     start = np.where(feature >= 0, topo.edge[np.maximum(feature, 0), 0], topo.corner[np.maximum(~feature, 0)])
-    sign = np.where(block[start] == search.pairs[row, 0], 1.0, -1.0)
-    return owner, direction * sign[owner, None]
+    return np.where(search.assembly.vertex_block[start] == search.pairs[row, 0], 1.0, -1.0)
