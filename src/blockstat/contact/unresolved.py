@@ -249,16 +249,36 @@ def _parts(search: Search, dots: Features, known: Contacts) -> tuple[Ints, list[
     Left out are those at which the normal of an interface separates the parts: what opens there passes.
     """
     item, cover = covers(search, dots, known, -np.inf)
+    normal = known.patches.frame[cover, 0]
+    left = np.flatnonzero(~_separated(search, dots, item, normal))
     number: list[int] = []
     found: list[Floats] = []
-    both = zip(*(_convex(search, dots.row, feature) for feature in (dots.own, dots.other)), strict=True)
-    for k, (one, two) in enumerate(both):
-        normal = known.patches.frame[cover[item == k], 0]
+    rest = dots.take(left)
+    both = zip(*(_convex(search, rest.row, feature) for feature in (rest.own, rest.other)), strict=True)
+    for k, (one, two) in zip(left.tolist(), both, strict=True):
+        own = normal[item == k]
         for direction in (np.concatenate(sides) for sides in product(one, two)):
-            if not ((direction @ normal.T).max(axis=0, initial=-1.0) <= ALIKE).any():
+            if not ((direction @ own.T).max(axis=0, initial=-1.0) <= ALIKE).any():
                 number.append(k)
                 found.append(direction)
     return np.array(number, dtype=np.int64), found
+
+
+def _separated(search: Search, dots: Features, item: Ints, normal: Floats) -> np.ndarray:
+    """At which contacts a normal separates the two blocks as a whole, and so all of their parts.
+
+    item, normal : a contact each, ascending, and a normal there
+    """
+    lean = np.full(len(item), -1.0)
+    for feature in (dots.own, dots.other):
+        owner, direction = _directions(search, dots.row, feature)
+        order = np.argsort(owner, kind="stable")
+        first = np.searchsorted(owner[order], np.arange(len(dots.row) + 1))
+        row, place = members(first[item], np.diff(first)[item])
+        np.maximum.at(lean, row, np.einsum("ij,ij->i", direction[order[place]], normal[row]))
+    separated = np.zeros(len(dots.row), dtype=bool)
+    separated[item[lean <= ALIKE]] = True
+    return separated
 
 
 def _convex(search: Search, row: Ints, feature: Ints) -> list[list[Floats]]:
