@@ -193,6 +193,8 @@ def settle_command(
                 )
             except KeyboardInterrupt:  # before the first point; what happens at first is known
                 reason = "interrupted"
+            else:  # of motions with the same energy, the one that is followed
+                found = replace(found, mechanism=path.first.mechanism)
     basis = Basis(file, assembly, chosen, "act", units, up, near)
     with drawn(output=(plot_settlement, found, output), film=(write_path, path, film if path else None)) as files:
         if as_json:
