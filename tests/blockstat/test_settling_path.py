@@ -8,7 +8,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.optimize import brentq, linprog
 from scipy.spatial.transform import Rotation
 
 from blockstat import (
@@ -611,3 +611,85 @@ def test_the_reaction_at_the_end_is_the_last_that_the_arch_has_before_it_falls()
     assert [width for _, width in found.cracks()] == pytest.approx([w for _, w in clean.cracks()], rel=0.02)
     assert [event.after for event in found.events] == [None]
     assert len(found.poses) == len(found.displacement) == len(found.openings)
+
+
+def test_cracks_at_a_movement_are_those_of_a_path_that_ends_there():
+    ring = assemble(arch(span=1.85, thickness=0.15, depth=0.5, voussoirs=10, springers=0.3), friction=0.7)
+    spreads = {"springer.right": (1, 0, 0)}
+    coarse = settle_to_collapse(ring, spreads, steps=4)
+    for movement in (0.005, 0.05):
+        assert not np.isclose(coarse.displacement, movement, rtol=1e-3).any()
+        exact = settle_to_collapse(ring, spreads, displacement=movement).cracks()
+        assert [width for _, width in exact[:3]] == pytest.approx(
+            [width for _, width in coarse.cracks(movement)[:3]], rel=0.01
+        )
+    assert coarse.cracks(0.0) == []
+    assert coarse.cracks(coarse.collapse) == coarse.cracks()
+
+
+@pytest.mark.parametrize("movement", [-0.001, 0.06])
+def test_cracks_beyond_a_path_are_not_known(movement):
+    found = settle_to_collapse(portal(), SINKS, displacement=0.05, steps=3)
+    with pytest.raises(InputError, match=r"it must be from 0 to 0\.05"):
+        found.cracks(movement)
+
+
+def test_the_first_motion_of_a_symmetrical_arch_is_the_one_that_goes_on():
+    ring = assemble(arch(span=2.0, thickness=0.3, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
+    begins, spreads = 1e-3, {"springer.right": (1, 0, 0)}
+    path = settle_to_collapse(ring, spreads, displacement=begins, steps=2)
+    first = [(crack.blocks, crack.opening * begins) for crack in path.first.cracks() if crack.opening > 1e-6]
+    assert len(first) == 3  # hinges
+    assert dict(first) == pytest.approx(dict(path.cracks()), rel=0.01)
+
+
+#: Corners of the stones of a flat arch and of its abutments in their plane; joints lie on the first and third sides.
+STONES = {
+    "v0": [(-0.75, 0), (-0.911, 0.6), (-0.304, 0.6), (-0.25, 0)],
+    "v1": [(-0.25, 0), (-0.304, 0.6), (0.304, 0.6), (0.25, 0)],
+    "v2": [(0.25, 0), (0.304, 0.6), (0.911, 0.6), (0.75, 0)],
+    "L": [(-2.75, 0), (-2.75, 0.6), (-0.911, 0.6), (-0.75, 0)],
+    "R": [(0.75, 0), (0.911, 0.6), (2.75, 0.6), (2.75, 0)],
+}
+
+
+def unbalanced(stones, pose, movement, friction):
+    """The least part of the weight of the three stones that no forces on their corners balance, by an own program."""
+    shapes, centroid = [], (stones.centroid + pose.displacement)[:, [0, 2]]
+    for k, corners in enumerate(STONES.values()):
+        turned = (np.array(corners) - stones.centroid[k, [0, 2]]) @ pose.rotation[k][[0, 2]][:, [0, 2]].T
+        shapes.append(centroid[k] + turned + (movement if k == 4 else 0.0))
+    columns = []
+    for one, two in [(0, 3), (3, 0), (0, 1), (1, 0), (1, 2), (2, 1), (2, 4), (4, 2)]:  # corners of one on sides of two
+        for side in (0, 2):
+            start, along = shapes[two][side], shapes[two][side + 1] - shapes[two][side]
+            length = np.linalg.norm(along)
+            along = along / length
+            normal = np.array([-along[1], along[0]])  # the corners go clockwise
+            for corner in shapes[one]:
+                if abs((corner - start) @ normal) < 1e-7 and -1e-9 < (corner - start) @ along < length + 1e-9:
+                    for sign in (1, -1):
+                        force, column = normal + sign * friction * along, np.zeros(15)
+                        for block, way in ((one, 1), (two, -1)):
+                            arm = corner - centroid[block]
+                            column[3 * block :][:3] = way * np.array([*force, arm[0] * force[1] - arm[1] * force[0]])
+                        columns.append(column[:9])
+    weight = np.zeros(9)
+    weight[1::3] = stones.mass[:3] / stones.mass[:3].sum()
+    matrix = np.hstack([np.array(columns).T, np.eye(9), -np.eye(9)])
+    cost = np.concatenate([np.zeros(len(columns)), np.ones(18)])
+    return linprog(cost, A_eq=matrix, b_eq=weight).fun
+
+
+@pytest.mark.parametrize("steps", [30, 60])
+def test_a_flat_arch_whose_stones_slip_a_little_stands_until_its_hinges_are_in_line(steps):
+    """At .075 m a pose of finite steps is off balance by 1e-4 of the weight: a slip of a millimetre, and no fall."""
+    blocks = [prism(corners[::-1], 1.0, name=name) for name, corners in STONES.items()]
+    friction, way = 0.85, np.array([1, 0, 0.12]) / np.hypot(1, 0.12)
+    stones = Assembly.from_blocks(blocks, supports=("L", "R"), friction=friction)
+    found = settle_to_collapse(stones, {"R": tuple(way)}, displacement=1.5, steps=steps)
+    assert found.outcome is PathOutcome.COLLAPSE
+    assert 0.3 < found.collapse
+    assert found.reaction.max() > 10 * found.reaction[0]  # three hinges are almost in line
+    for k in np.searchsorted(found.displacement, [0.05, 0.09, 0.15, 0.25, 0.33]):
+        assert unbalanced(stones, found.poses[k], found.displacement[k] * way[[0, 2]], friction) < 1e-6

@@ -7,6 +7,7 @@ import math
 import re
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -227,6 +228,8 @@ def settle_command(
                 )
             except KeyboardInterrupt:  # before the first point; what happens at first is known
                 reason = INTERRUPTED
+            else:  # of motions with the same energy, the one that is followed
+                found = replace(found, mechanism=path.first.mechanism)
     basis = Basis(file, assembly, chosen, "act", units, up, near)
     with drawn(output=(plot_settlement, found, output), film=(write_path, path, film if path else None)) as files:
         if as_json:

@@ -233,6 +233,8 @@ def settle(
     -----
     Minimises -w' u over motions that no joint resists, with the supports' displacement given: the state of least
     potential energy. It is of first order: all values are in proportion to the displacement, at the geometry of rest.
+    Where several motions have that energy, as in a symmetrical arch whose thrust line touches more edges than a
+    mechanism has hinges, the answer is one of their mixtures: `settle_to_collapse` finds the one that goes on.
     Ties move with the supports that move whole, and count with contacts and bonds in the reactions.
 
     References

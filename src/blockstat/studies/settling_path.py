@@ -19,6 +19,7 @@ from blockstat.large_displacement.displaced.local_origin import structure_about_
 from blockstat.large_displacement.displaced.pose import Pose, free_sizes, rest_pose
 from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
+from blockstat.large_displacement.finite_steps.free_motion import SAME_ENERGY
 from blockstat.large_displacement.finite_steps.whole_path import follow_path, path_options, warnings_on_accuracy
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.kinematics import pose_at
@@ -51,6 +52,8 @@ MAX_TRIALS = 5
 #: Openings and movements below this are rounding. Relative to the largest block. Chosen: far above rounding, far below
 #: any crack.
 ROUNDING = 1e-9
+#: Movements up to this beyond the end of a path are its end. Relative to it. Chosen: ten times the default tolerance.
+END = 1e-3
 
 
 class PathOutcome(Sentence):
@@ -68,7 +71,7 @@ class SettlementPath(Result):
     """The assembly on supports that move further and further."""
 
     outcome: PathOutcome
-    first: Settlement  #: what happens when they begin to move
+    first: Settlement  #: what happens when they begin to move; of motions with the same energy, that which is followed
     displacement: Floats  #: of the foundation that moves furthest, ascending, shape (k,) [m]
     #: force of the assembly on the moving supports along their movement, its work per unit of `displacement`, (k,) [N]
     reaction: Floats
@@ -88,23 +91,20 @@ class SettlementPath(Result):
         Parameters
         ----------
         displacement : float, optional
-            At the last point up to this movement [m]; by default at the end.
+            At this movement [m]; by default at the end.
 
         Returns
         -------
         list of ((str, str), float)
-            Blocks and largest opening [m].
+            Blocks and largest opening [m]. Between two points of the path it lies on the straight line through them.
 
         Raises
         ------
         InputError
-            For a movement that is no number.
+            For a movement that is no number, or that the path does not reach.
         """
-        last = len(self.displacement) - 1
-        if displacement is not None:
-            check_number("displacement", displacement)
-            last = max(int(np.searchsorted(self.displacement, displacement, side="right")) - 1, 0)
-        width, names, pair = self.openings[last], self.first.assembly.names, self.first.interfaces.pair
+        width = self.openings[-1] if displacement is None else self._openings_at(displacement)
+        names, pair = self.first.assembly.names, self.first.interfaces.pair
         order = [k for k in np.argsort(-width, kind="stable") if width[k] > self._rounding]
         return [((names[pair[k, 0]], names[pair[k, 1]]), float(width[k])) for k in order]
 
@@ -136,6 +136,25 @@ class SettlementPath(Result):
             lines.append(f"Joints that are open at the end, after {end}: {len(cracks)}. The widest are:")
             lines += [f"  {a} and {b}: {plain(1e3 * width)} mm" for (a, b), width in cracks[:limit]]
         return "\n".join([*lines, *warnings])
+
+    def _openings_at(self, displacement: float) -> Floats:
+        """Largest opening of each joint at a movement, shape (n_interfaces,) [m].
+
+        Blocks jump from one point to the next, so before a jump the line is that through the two points before it.
+        """
+        check_number("displacement", displacement)
+        there = self.displacement
+        if self.outcome is not PathOutcome.FOLLOWS:
+            check_number("displacement", displacement, least=0.0, most=float(there[-1]) * (1.0 + END))
+        after = int(np.searchsorted(there, displacement, side="right"))
+        if not 0 < after < len(there):
+            return self.openings[min(after, len(there) - 1)]
+        if any(event.kind == "jump" and there[after - 1] < event.parameter <= there[after] for event in self.events):
+            after -= after > 1
+        low, high = there[after - 1], there[after]
+        part = (displacement - low) / (high - low) if high > low else 0.0
+        line: Floats = self.openings[after - 1] + part * (self.openings[after] - self.openings[after - 1])
+        return line
 
     @property
     def _rounding(self) -> float:
@@ -332,6 +351,22 @@ def _mechanism_that_leaves_rest(
     return linkage, motion
 
 
+def _with_its_motion(first: Settlement, structure: Structure, begins: PathState) -> Settlement:
+    """The settlement with the motion in which a path begins, if that is one of the least potential energy, too.
+
+    A solver answers with a mixture of all that are, and the supports bear the same forces in each.
+    """
+    motion, linkage = begins.point.tangent, begins.linkage
+    moving = np.where(first.assembly.support[:, None], first.mechanism, 0.0)
+    rates = (first.mechanism - moving) / first.displacement
+    power = [structure.dead_power(begins.point.pose, 0.0, each) for each in (rates, motion)]
+    speed = max(float(corner_speed(first.assembly, motion).max(initial=0.0)), 1.0)
+    same = abs(power[1] - power[0]) <= SAME_ENERGY * speed * first.assembly.free_weight
+    if begins.point.parameter > 0 or linkage.sliding.any() or not same:
+        return first
+    return replace(first, mechanism=first.displacement * motion + moving)
+
+
 def _followed(
     follower: LinkageFollower,
     linkage: Linkage,
@@ -418,6 +453,7 @@ def _path(
 ) -> SettlementPath:
     if not states:
         raise InputError(f'"{first.assembly.name}": the blocks are jammed between the moving supports')
+    first = _with_its_motion(first, structure, states[0])
     warnings = [*first.warnings, *warning_of_strength(structure, states)]
     warnings += warnings_on_accuracy(states, structure)
     reaction = np.array([state.point.value for state in states])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.large_displacement.displaced.pose import Pose
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
 from blockstat.large_displacement.finite_steps.step import stepped, trial_state_at
 from blockstat.large_displacement.finite_steps.trial_state import TrialState
 from blockstat.large_displacement.linkage.jump import FALLING_TOGETHER, MAX_PART_FALLEN
@@ -29,6 +29,12 @@ MAX_STEPS = 2000
 #: Blocks that have fallen so far without being stopped have left the structure. Relative to their size. Chosen: a block
 #: that has fallen by half its size has lost its bearing.
 FALLEN = 0.5
+#: A projection has led back where the fastest corner has gone less than this part of a step. A shorter step is then
+#: tried, down to the second number, a part of the shortest. Chosen: what a fall ends at may be that near.
+LED_BACK, LEAST_STEP = 0.5, 1.0 / 1024.0
+#: A fall is lost after so many steps in succession that take no corner further from where it began, by the second
+#: number, a part of the step. Chosen: the first step on a new contact may go nowhere, several do not.
+MOST_IDLE, GETS_ON = 8, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,50 +73,65 @@ def fall(
     Raises
     ------
     NoRootError
-        When the solver finds no fall, the blocks jam, or blocks swing on ties. These come to rest at their lowest
-        place, which is not looked for.
+        When the solver finds no fall, the blocks jam or get nowhere, or they swing on ties. These come to rest at
+        their lowest place, which is not looked for.
     """
     shortest = FALL_STEP * longest
     settles = trial.structure.live is None
-    start, step, fallen, gone = trial, shortest, 0.0, 0.0
+    start, step, way, idle, gone = trial, shortest, 0.0, 0, 0.0
     for _ in range(MAX_STEPS):
         standing = trial
         if not trial.limit.mechanism.any():
             raise NoRootError
         trial, step = _fallen_on(standing, step, shortest)
-        fallen += step
+        before, way = way, max(way, _way(start, trial))
+        idle = idle + 1 if way - before < GETS_ON * step else 0
         step = min(2 * step, longest)
         moved = np.linalg.norm(trial.pose.displacement - start.pose.displacement, axis=1)
         most = np.flatnonzero(moved > FALLING_TOGETHER * moved.max())
         if not len(most):  # nothing has moved
             raise NoRootError
-        if trial.limit.multiplier is None and fallen > FALLEN * float(trial.linkage.assembly.size[most].max()):
+        if trial.limit.multiplier is None and way > FALLEN * float(trial.linkage.assembly.size[most].max()):
             if settles:
                 if hang_on_ties(start.moving_linkage(), most):
                     raise NoRootError
-                break
+                return None
             yield FallenBlocks(start.parameter, most)
             gone += trial.structure.part_of_live_power(last.pose, last.tangent, most)
             rest = without_blocks(standing.linkage, most)
             if rest is None or gone > MAX_PART_FALLEN:
-                break
+                return None
             none = np.zeros_like(rest.structure.interfaces.area)
             pose = without_ties_of_blocks(standing.pose, standing.linkage.assembly, most)
             trial = trial_state_at(rest, pose, standing.parameter, none)
-            start, fallen = trial, 0.0
+            start, way, idle = trial, 0.0, 0
         multiplier = trial.limit.multiplier
         if multiplier is not None:
             carried = settles or multiplier > 0
             yield _jump(start, trial, last, multiplier if carried else None)
             return trial if carried else None
-    return None
+        if idle > MOST_IDLE:
+            raise NoRootError
+    raise NoRootError
+
+
+def _way(start: TrialState, end: TrialState) -> float:
+    """How far the fastest corner has gone [m]; less than the steps together where projections have led back."""
+    here, there = (displaced_assembly(each.linkage.assembly, each.pose).vertices for each in (start, end))
+    return float(np.linalg.norm(there - here, axis=1).max())
 
 
 def _fallen_on(standing: TrialState, step: float, shortest: float) -> tuple[TrialState, float]:
-    """The state after a step of a fall, and its length: so short that the closed joints do not change if it can be."""
+    """The state after a step of a fall, and its length: so short that the closed joints do not change if it can be.
+
+    It is shorter still where contacts that the step takes too far beyond each other lead back.
+    """
     trial = stepped(standing, step)
     while step > shortest and trial.closed_joints() != standing.closed_joints():  # no block may be fallen through
         step = max(step / 2, shortest)
+        trial = stepped(standing, step)
+    while trial.limit.multiplier is None and _way(standing, trial) < LED_BACK * step and step > LEAST_STEP * shortest:
+        step /= 2
         trial = stepped(standing, step)
     return trial, step
 

@@ -34,6 +34,9 @@ class FixedPointLimits(NamedTuple):
 CONVERGED = FixedPointLimits(50, 1e-7)
 #: For a finite step without an initial guess. Chosen: what joints open by is closed by the step's projection.
 ROUGH = FixedPointLimits(10, 0.01)
+#: For blocks that fall, without an initial guess: the motion of associated flow may be a fortieth of theirs, and then
+#: grows before it converges. Chosen.
+FALLING = FixedPointLimits(40, 0.01)
 #: For a finite step with an initial guess: the multiplier hardly changes after the first program, and what joints open
 #: by is closed by the step's projection. Chosen.
 FROM_GUESS = FixedPointLimits(5, 0.05)

@@ -18,6 +18,7 @@ from blockstat.analysis.verdict import relative_motion
 from blockstat.certificate import check as certificate
 from blockstat.large_displacement.displaced.structure import Configuration
 from blockstat.large_displacement.statics.de_saxce import (
+    FALLING,
     FROM_GUESS,
     ROUGH,
     largest_of_contact,
@@ -118,9 +119,9 @@ def limit_state(
             found = loose  # more is lost than the overlap costs: the rest was a thrust that no load causes
     answer, opening = found or (own.solve(none), None)
     if answer.status.is_infeasible or answer.status.is_stalled:
-        fall = steepest_descent(problem, program, answer, own.live)
+        fall = steepest_descent(configuration, problem, program, answer, own.live, associated=associated)
         locked = fall is None and _carries_any_multiple(program, answer, own.live)
-        return LimitState(np.inf if locked else None, np.zeros_like(live) if fall is None else fall, None)
+        return fall or LimitState(np.inf if locked else None, np.zeros_like(live), None)
     if opening is not None:
         opening = largest_of_contact(opening, configuration.joints[1][columns], configuration.contacts.number)
     loaded = replace(program, load=program.load + answer.multiplier * own.live)
@@ -196,40 +197,69 @@ def associated_multiplier(configuration: Configuration, accuracy: float = 0.0) -
     return None if answer.status.is_infeasible or answer.status.is_stalled else answer.multiplier / own.unit
 
 
-def steepest_descent(problem: Problem, program: PenaltyProgram, answer: Answer, live: Floats | None) -> Floats | None:
+def steepest_descent(
+    configuration: Configuration,
+    problem: Problem,
+    program: PenaltyProgram,
+    answer: Answer,
+    live: Floats | None,
+    *,
+    associated: bool,
+) -> LimitState | None:
     """Return how blocks fall that no forces hold.
 
     Parameters
     ----------
+    configuration
+        The displaced structure.
     problem
-        The equilibrium problem.
+        Its equilibrium problem.
     program
-        Its program.
+        The problem's program.
     answer
         Of the program that was solved for a multiplier or a motion of the supports, and found infeasible or stalled.
     live
         The live load, in the unit of the program; None where supports move.
+    associated
+        As in `limit_state`.
 
     Returns
     -------
-    Floats or None
-        Of any magnitude, shape (n_blocks, 6). None where the motion is below the accuracy of a solve, and where it is
-        not proven that the blocks fall: what a solver leaves that has stalled proves nothing.
+    LimitState or None
+        The motion is of any magnitude. None where it is below the accuracy of a solve, and where it is not proven that
+        the blocks fall: what a solver leaves that has stalled proves nothing.
 
     Notes
     -----
-    The weight of |u|^2 / 2 is one, so the motion equals the forces that are left unbalanced.
+    The weight of |u|^2 / 2 is one, so the motion of associated flow equals the forces that are left unbalanced. That
+    flow has the proof. But joints that slide open in it, and the projection of a step that closes them leads back to
+    where the step began.
     """
-    conic = conic_program(program, -program.load, pinned=live)
-    if live is not None:  # l'u = 0
-        conic = replace(conic, bound=np.append(conic.bound[:-1], 0.0))
-    found = clarabel.solve(replace(conic, ridge=1.0))
+
+    def solve_with(lifted: Floats) -> Answer:
+        offset = np.zeros((len(program.friction), 3))
+        offset[: program.n_points, 0] = lifted
+        conic = conic_program(program, -program.load, pinned=live, offset=offset.reshape(-1))
+        if live is not None:  # l'u = 0
+            conic = replace(conic, bound=np.append(conic.bound[:-1], 0.0))
+        return clarabel.solve(replace(conic, ridge=1.0))
+
+    def rates_of(answer: Answer) -> Floats:
+        return (program.matrix.T @ answer.twist).reshape(-1, 3)[: program.n_points]
+
+    none = np.zeros(program.n_points)
+    found = solve_with(none)
     if not float(np.abs(found.twist).max(initial=0.0)) > ADHESION_TOLERANCE:
         return None
     ray = [answer.twist] if answer.status is Status.DUAL_INFEASIBLE else []
     if not any(_proves_fall(program, twist, live) for twist in (found.twist, *ray)):
         return None
-    return problem.to_blocks(found.twist)
+    sliding = None if associated else without_opening(program, solve_with, rates_of, none, FALLING, accept_last=True)
+    if sliding is None or not float(np.abs(sliding[0].twist).max(initial=0.0)) > ADHESION_TOLERANCE:
+        return LimitState(None, problem.to_blocks(found.twist), None)
+    contact = configuration.joints[1][problem.eq.points]
+    opening = largest_of_contact(sliding[1], contact, configuration.contacts.number)
+    return LimitState(None, problem.to_blocks(sliding[0].twist), None, opening)
 
 
 def _proves_fall(program: PenaltyProgram, twist: Floats, live: Floats | None) -> bool:

@@ -90,8 +90,8 @@ def settling_state(configuration: Configuration, *, guess: Floats | None = None,
     if answer.status is Status.PRIMAL_INFEASIBLE:
         return LimitState(np.inf, none, None)
     if answer.status.is_infeasible or answer.status.is_stalled:
-        fall = steepest_descent(problem, program, answer, None)
-        return LimitState(None, none if fall is None else fall, None)
+        fall = steepest_descent(configuration, problem, program, answer, None, associated=False)
+        return fall or LimitState(None, none, None)
     return _with_reaction(configuration, problem, answer, rate)
 
 
