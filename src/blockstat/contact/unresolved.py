@@ -168,9 +168,17 @@ def unresolved_contacts(
     known = _known(interfaces.drawn or interfaces, pairs, assembly.n_blocks)
     lines, dots = (found.take(found.rim) for found in features_of(search, tolerances.steepest))
     # The surface that an interface lies in bounds an edge, or a convex corner, on its side.
+    search = _as_deep_as_warped(search)
     lines = lines.take(~covered(search, lines, known, -np.inf))
     dots = dots.take(_saddles(search, dots) | ~covered(search, dots, known, -np.inf))
     return _bounded(search, lines, dots, known)
+
+
+def _as_deep_as_warped(search: Search) -> Search:
+    """A search whose reach is more by what faces of both blocks leave their planes: an interface of them does, too."""
+    warp = np.zeros(search.assembly.n_blocks)
+    np.maximum.at(warp, search.assembly.face_block, search.assembly.planes.warp)
+    return replace(search, reach=search.reach + warp[search.pairs].min(axis=1))
 
 
 def _known(interfaces: Interfaces, pairs: Ints, n_blocks: int) -> Contacts:
