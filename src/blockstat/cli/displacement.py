@@ -203,10 +203,7 @@ def settle_command(
 
     film = None if film is None else film_path(film)
     moves = _moves(move)
-    if until is not None and not until >= 0:
-        raise InputError(f"--until is {until:g}; it must be a length in metres, or 0")
-    if steps < 1:
-        raise InputError(f"--steps is {steps}; it must be at least 1")
+    _check_extent(until, steps)
     near = gap_of(gap)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     for displacement in moves.values():
@@ -241,6 +238,14 @@ def settle_command(
             written(files)
     if reason == INTERRUPTED or (path and path.outcome is PathOutcome.INTERRUPTED):
         raise KeyboardInterrupt  # the path, or a part of it, is missing
+
+
+def _check_extent(until: float | None, steps: int) -> None:
+    """Refuse a movement that is none, and no steps."""
+    if until is not None and not until >= 0:
+        raise InputError(f"--until is {until:g}; it must be a length in metres, or 0")
+    if steps < 1:
+        raise InputError(f"--steps is {steps}; it must be at least 1")
 
 
 def warn_of_far_movement(assembly: Assembly, option: str, movement: Sequence[float]) -> None:

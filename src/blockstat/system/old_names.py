@@ -43,7 +43,8 @@ MODULES = {
     "blockstat.paint": "blockstat.view.painter",
     "blockstat.plot": "blockstat.view.plot",
     "blockstat.report": "blockstat.view.report blockstat.view.document",
-    "blockstat.reserve": "blockstat.analysis.tilt_friction",
+    "blockstat.reserve": "blockstat.analysis.tilt_friction.bracket blockstat.analysis.tilt_friction.tilt "
+    "blockstat.analysis.tilt_friction.friction",
     "blockstat.search": "blockstat.design_search.search blockstat.design_search.candidate "
     "blockstat.design_search.evaluator blockstat.design_search.margin blockstat.design_search.space",
     "blockstat.solve.certificate": "blockstat.certificate.check",

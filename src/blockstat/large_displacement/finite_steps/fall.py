@@ -75,7 +75,29 @@ def fall(
     NoRootError
         When the solver finds no fall, the blocks jam or get nowhere, or they swing on ties. These come to rest at
         their lowest place, which is not looked for.
+
+    Notes
+    -----
+    Blocks fall with associated flow, which has the proof. Where that leads nowhere, as joints that open while they
+    slide are closed again by the projection, joints slide without opening.
     """
+    try:
+        items, end = _followed(trial, last, longest)
+    except NoRootError:
+        if trial.linkage.associated:
+            raise
+        none = np.zeros_like(trial.structure.interfaces.area)
+        sliding = trial_state_at(trial.linkage, trial.pose, trial.parameter, none, dilates=False)
+        items, end = _followed(sliding, last, longest)
+    yield from items
+    return end if end is None else replace(end, dilates=True)
+
+
+def _followed(
+    trial: TrialState, last: PathPoint, longest: float
+) -> tuple[list[PathEvent | FallenBlocks], TrialState | None]:
+    """What `fall` yields, and what it returns."""
+    items: list[PathEvent | FallenBlocks] = []
     shortest = FALL_STEP * longest
     settles = trial.structure.live is None
     start, step, way, idle, gone = trial, shortest, 0.0, 0, 0.0
@@ -84,7 +106,7 @@ def fall(
         if not trial.limit.mechanism.any():
             raise NoRootError
         trial, step = _fallen_on(standing, step, shortest)
-        before, way = way, max(way, _way(start, trial))
+        before, way = way, way + _way(standing, trial) if trial.dilates else max(way, _way(start, trial))
         idle = idle + 1 if way - before < GETS_ON * step else 0
         step = min(2 * step, longest)
         moved = np.linalg.norm(trial.pose.displacement - start.pose.displacement, axis=1)
@@ -95,21 +117,21 @@ def fall(
             if settles:
                 if hang_on_ties(start.moving_linkage(), most):
                     raise NoRootError
-                return None
-            yield FallenBlocks(start.parameter, most)
+                return items, None
+            items.append(FallenBlocks(start.parameter, most))
             gone += trial.structure.part_of_live_power(last.pose, last.tangent, most)
             rest = without_blocks(standing.linkage, most)
             if rest is None or gone > MAX_PART_FALLEN:
-                return None
+                return items, None
             none = np.zeros_like(rest.structure.interfaces.area)
             pose = without_ties_of_blocks(standing.pose, standing.linkage.assembly, most)
-            trial = trial_state_at(rest, pose, standing.parameter, none)
+            trial = trial_state_at(rest, pose, standing.parameter, none, dilates=trial.dilates)
             start, way, idle = trial, 0.0, 0
         multiplier = trial.limit.multiplier
         if multiplier is not None:
             carried = settles or multiplier > 0
-            yield _jump(start, trial, last, multiplier if carried else None)
-            return trial if carried else None
+            items.append(_jump(start, trial, last, multiplier if carried else None))
+            return items, trial if carried else None
         if idle > MOST_IDLE:
             raise NoRootError
     raise NoRootError
@@ -130,10 +152,15 @@ def _fallen_on(standing: TrialState, step: float, shortest: float) -> tuple[Tria
     while step > shortest and trial.closed_joints() != standing.closed_joints():  # no block may be fallen through
         step = max(step / 2, shortest)
         trial = stepped(standing, step)
-    while trial.limit.multiplier is None and _way(standing, trial) < LED_BACK * step and step > LEAST_STEP * shortest:
+    while not trial.dilates and _led_back(standing, trial, step) and step > LEAST_STEP * shortest:
         step /= 2
         trial = stepped(standing, step)
     return trial, step
+
+
+def _led_back(start: TrialState, end: TrialState, step: float) -> bool:
+    """Whether blocks that still fall have gone far less than a step."""
+    return end.limit.multiplier is None and _way(start, end) < LED_BACK * step
 
 
 def _jump(start: TrialState, end: TrialState, last: PathPoint, after: float | None) -> PathEvent:

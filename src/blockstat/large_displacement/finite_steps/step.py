@@ -62,7 +62,7 @@ def stepped(trial: TrialState, step: float) -> TrialState:
     np.maximum.at(residual, linkage.contacts.joint, closed.residual_gap)
     guess = None if trial.limit.multiplier is None else trial.limit.mechanism
     pose = linkage.with_yielded_ties(closed.pose, parameter)
-    after = trial_state_at(linkage, pose, parameter, residual, guess)
+    after = trial_state_at(linkage, pose, parameter, residual, guess, dilates=trial.dilates)
     slack = slack_of_ties(linkage.assembly, structure.with_supports(pose, parameter))
     stretched = float(-slack[held].min(initial=0.0))
     return replace(after, left_open=float(residual.max(initial=0.0)), stretched=stretched)
@@ -74,6 +74,8 @@ def trial_state_at(
     parameter: float,
     residual_gap: Floats,
     guess: Floats | None = None,
+    *,
+    dilates: bool = True,
 ) -> TrialState:
     """Return the trial state at a pose: its closed contacts, those that have slid with new points, and its limit state.
 
@@ -87,6 +89,8 @@ def trial_state_at(
         What a projection has left open in each joint, shape (n_interfaces,) [m]: contacts with such gaps are closed.
     guess
         A motion near that of the limit state, shape (n_blocks, 6).
+    dilates
+        As of `TrialState`.
 
     Returns
     -------
@@ -99,14 +103,14 @@ def trial_state_at(
     tolerance = residual_gap + CORNER_TOLERANCE * float(free_sizes(linkage.assembly).max())
     linkage = _with_active_set(linkage, pose, parameter, tolerance)
     gap = gaps(linkage.assembly, linkage.contacts, pose, parameter)[linkage.sticking]
-    trial = TrialState(linkage, pose, parameter, NOT_SOLVED, float(gap.max(initial=0.0)))
+    trial = TrialState(linkage, pose, parameter, NOT_SOLVED, float(gap.max(initial=0.0)), dilates=dilates)
     if structure.live is not None:
-        limit = limit_state(trial.configuration, associated=linkage.associated, guess=guess)
+        limit = limit_state(trial.configuration, associated=linkage.associated, guess=guess, falls_dilating=dilates)
         if limit.multiplier is None:
             return replace(trial, limit=limit)
         mechanism = without_left_at_rest(linkage, pose, limit.mechanism)
         return replace(trial, limit=replace(limit, mechanism=mechanism))
-    trial = replace(trial, limit=settling_state(trial.configuration, guess=guess, rough=True))
+    trial = replace(trial, limit=settling_state(trial.configuration, guess=guess, rough=True, falls_dilating=dilates))
     if end_at(trial.limit) is not None:
         return trial
     moving, motion = trial.moving_linkage(), trial.limit.mechanism

@@ -32,6 +32,7 @@ class TrialState:
     residual_gap: float  #: the largest gap of a contact that counts as closed [m]
     left_open: float = 0.0  #: the largest gap of a contact that the projection could not close [m]
     stretched: float = 0.0  #: by how much the projection leaves a tie longer that was to keep its length [m]
+    dilates: bool = True  #: whether blocks that fall slide with associated flow, whatever that of the linkage is
 
     @property
     def structure(self) -> Structure:

@@ -67,6 +67,7 @@ def limit_state(
     *,
     associated: bool = True,
     guess: Floats | None = None,
+    falls_dilating: bool = True,
 ) -> LimitState:
     """Find the limit multiplier of a displaced structure, its mechanism and its forces.
 
@@ -80,6 +81,8 @@ def limit_state(
     guess
         A mechanism near the wanted one, of any magnitude, shape (n_blocks, 6). De Saxce's fixed point begins with its
         slip. Associated flow does not use it.
+    falls_dilating
+        Whether blocks that fall slide with associated flow in any case.
 
     Returns
     -------
@@ -119,7 +122,9 @@ def limit_state(
             found = loose  # more is lost than the overlap costs: the rest was a thrust that no load causes
     answer, opening = found or (own.solve(none), None)
     if answer.status.is_infeasible or answer.status.is_stalled:
-        fall = steepest_descent(configuration, problem, program, answer, own.live, associated=associated)
+        fall = steepest_descent(
+            configuration, problem, program, answer, own.live, associated=associated or falls_dilating
+        )
         locked = fall is None and _carries_any_multiple(program, answer, own.live)
         return fall or LimitState(np.inf if locked else None, np.zeros_like(live), None)
     if opening is not None:

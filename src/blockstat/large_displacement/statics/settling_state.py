@@ -32,7 +32,9 @@ from blockstat.typing import Floats
 FASTEST = 1e2
 
 
-def settling_state(configuration: Configuration, *, guess: Floats | None = None, rough: bool = False) -> LimitState:
+def settling_state(
+    configuration: Configuration, *, guess: Floats | None = None, rough: bool = False, falls_dilating: bool = True
+) -> LimitState:
     """Find the motion of least potential energy for a unit rate of the supports' movement, and its forces.
 
     Parameters
@@ -44,6 +46,8 @@ def settling_state(configuration: Configuration, *, guess: Floats | None = None,
     rough
         Whether joints that slide may open or overlap a little, as `LimitState.opening` says: the projection of a
         finite step closes them.
+    falls_dilating
+        Whether blocks that fall slide with associated flow.
 
     Returns
     -------
@@ -90,7 +94,7 @@ def settling_state(configuration: Configuration, *, guess: Floats | None = None,
     if answer.status is Status.PRIMAL_INFEASIBLE:
         return LimitState(np.inf, none, None)
     if answer.status.is_infeasible or answer.status.is_stalled:
-        fall = steepest_descent(configuration, problem, program, answer, None, associated=False)
+        fall = steepest_descent(configuration, problem, program, answer, None, associated=falls_dilating)
         return fall or LimitState(None, none, None)
     return _with_reaction(configuration, problem, answer, rate)
 
