@@ -101,7 +101,8 @@ def assess(
         `blockstat.analysis.certificate_cache`). An instability proven so has no score (nan).
     score
         False ends at the first mechanism found, several times sooner. An unstable assembly then has no score (nan), and
-        its mechanism is one of many, not that of least adhesion.
+        its mechanism is one of many, not that of least adhesion: edges and corners in its way beyond the tolerance are
+        not looked for.
     imperfections
         Judge the worst case of these (see `blockstat.Imperfections`). Its assembly and joints are those of the verdict.
         Without dilatancy and self-stress that the worst case is among those judged is no theorem.
@@ -141,8 +142,9 @@ def assess(
     if imperfections is not None:
         return _worst(problem, loads, imperfections, {"gap": gap, **options})
     verdict = judged(problem, loads=loads, memory=memory, **options)
-    near = near_edge_warnings(problem, verdict.mechanism) if verdict.outcome is Outcome.UNSTABLE else []
-    return replace(verdict, warnings=(*verdict.warnings, *near)) if near else verdict
+    if not score or verdict.outcome is not Outcome.UNSTABLE:
+        return verdict
+    return replace(verdict, warnings=(*verdict.warnings, *near_edge_warnings(problem, verdict.mechanism)))
 
 
 def _worst(problem: Problem, loads: Loads | None, imperfections: Imperfections, options: dict[str, Any]) -> Verdict:
