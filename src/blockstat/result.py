@@ -109,6 +109,31 @@ def plain(value: float, digits: int = 3) -> str:
     return f"{value:,.0f}" if abs(value) >= min(1000, 10**digits) else f"{value:.{digits}g}"
 
 
+def both_ends(first: float, second: float, digits: int) -> tuple[str, str]:
+    """Return two ends of a bracket as text, with as many digits as tell them apart.
+
+    Parameters
+    ----------
+    first, second : float
+        The numbers.
+    digits : int
+        Significant digits, if these tell them apart or nothing does.
+
+    Returns
+    -------
+    tuple of str
+        Both.
+
+    Examples
+    --------
+    >>> from blockstat.result import both_ends
+    >>> both_ends(0.25, 0.3, 4), both_ends(0.13412, 0.13414, 4)
+    (('0.25', '0.3'), ('0.13412', '0.13414'))
+    """
+    pairs = [(f"{first:.{few}g}", f"{second:.{few}g}") for few in range(digits, 18)]
+    return next((pair for pair in pairs if pair[0] != pair[1]), pairs[0])
+
+
 def counted(number: int, word: str) -> str:
     """Return a number of things in words: "1 joint", "12 joints", "3,155 blocks".
 

@@ -18,7 +18,7 @@ from blockstat.analysis.problem import pose
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loads import Loads, acceleration, horizontal
-from blockstat.result import Result, Sentence, finite
+from blockstat.result import Result, Sentence, both_ends, finite
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -171,8 +171,8 @@ class DirectionalLimits(Result):
             One sentence.
         """
         if least is not None and least.coulomb_least is not None:
-            low, high = least.coulomb_least
-            return f"Without dilatancy and self-stress {low:.4g} is carried in that direction, and {high:.4g} is not."
+            low, high = both_ends(*least.coulomb_least, 4)
+            return f"Without dilatancy and self-stress {low} is carried in that direction, and {high} is not."
         push = ",".join(f"{part + 0.0:.3g}" for part in self.directions[self.weakest])
         return f"blockstat limit FILE --load={push} --flow coulomb finds how much without dilatancy and self-stress."
 

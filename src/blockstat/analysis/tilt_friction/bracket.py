@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from blockstat.analysis.limit_load import DILATES
-from blockstat.result import Result, Sentence, finite
+from blockstat.result import Result, Sentence, both_ends, finite
 
 
 class BracketOutcome(Sentence):
@@ -79,7 +79,7 @@ class Bracket(Result):
         """
         lines = [self.outcome.value, *([f"Worst case of the imperfections: {self.worst}."] if self.worst else [])]
         unit = f" {self.unit}" if self.unit else ""
-        stands, falls = _told_apart(self.stands, self.falls)
+        stands, falls = both_ends(self.stands, self.falls, 9)
         if not math.isnan(self.stands):
             lines.append(f"Stable at a {self.parameter} of {stands}{unit}.")
         if not math.isnan(self.falls):
@@ -116,12 +116,6 @@ class Bracket(Result):
             "kinds": [[finite(stands), finite(falls)] for stands, falls in self.kinds],
             "warnings": list(self.warnings),
         }
-
-
-def _told_apart(first: float, second: float) -> tuple[str, str]:
-    """Two numbers with nine digits, or with as many as tell them apart."""
-    pairs = [(f"{first:.{digits}g}", f"{second:.{digits}g}") for digits in range(9, 18)]
-    return next((pair for pair in pairs if pair[0] != pair[1]), pairs[0])
 
 
 def _order(kinds: Sequence[tuple[float, float]], parameter: str) -> list[int]:
