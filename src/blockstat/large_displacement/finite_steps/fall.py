@@ -32,8 +32,9 @@ FALLEN = 0.5
 #: A projection has led back where the fastest corner has gone less than this part of a step. A shorter step is then
 #: tried, down to the second number, a part of the shortest. Chosen: what a fall ends at may be that near.
 LED_BACK, LEAST_STEP = 0.5, 1.0 / 1024.0
-#: A fall is lost after so many steps in succession that take no corner further from where it began, by the second
-#: number, a part of the step. Chosen: the first step on a new contact may go nowhere, several do not.
+#: A fall is lost after so many steps in succession that take no corner further by the second number, a part of the
+#: step: on its way with associated flow, from where the fall began without. Chosen: the first step on a new contact may
+#: go nowhere, several do not.
 MOST_IDLE, GETS_ON = 8, 0.1
 
 
@@ -96,7 +97,11 @@ def fall(
 def _followed(
     trial: TrialState, last: PathPoint, longest: float
 ) -> tuple[list[PathEvent | FallenBlocks], TrialState | None]:
-    """What `fall` yields, and what it returns."""
+    """What `fall` yields, and what it returns.
+
+    Without opening, the solver only comes near a motion, and steps may go to and fro: what counts is how far they have
+    led in the end.
+    """
     items: list[PathEvent | FallenBlocks] = []
     shortest = FALL_STEP * longest
     settles = trial.structure.live is None
